@@ -1,0 +1,3 @@
+//! Lodestone's configuration.
+
+pub mod model;

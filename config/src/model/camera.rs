@@ -1,0 +1,189 @@
+//! One camera.
+
+use serde::{Deserialize, Serialize};
+
+use super::Synthetic;
+
+/// Where a camera's samples come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DriverKind {
+    /// A ZED 2 or 2i on USB, found by its serial number.
+    #[default]
+    Zed2,
+    /// A simulated world.
+    Synthetic,
+    /// A recording.
+    Replay,
+}
+
+/// The camera's model, which fixes the default noise figures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CameraModel {
+    /// ZED 2.
+    #[default]
+    Zed2,
+    /// ZED 2i.
+    Zed2i,
+}
+
+/// One camera.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Camera {
+    /// Name in service names and tables: `a-z 0-9 _ -`, at most 32.
+    pub name: String,
+    /// Serial number; for a `zed2` the one printed on the camera.
+    pub serial: u64,
+    /// Where samples come from.
+    pub driver: DriverKind,
+    /// Which camera it is.
+    pub model: CameraModel,
+    /// Where the camera sits on its vehicle.
+    pub mounting: Mounting,
+    /// How sensor axes become body axes.
+    pub axis_map: AxisMap,
+    /// Noise of the sensors; the model's figures if absent.
+    pub noise: Option<Noise>,
+    /// Calibration file, relative to this configuration's directory.
+    pub calibration: Option<String>,
+    /// Settings of the `synthetic` driver.
+    pub synthetic: Option<Synthetic>,
+    /// Settings of the `replay` driver.
+    pub replay: Option<Replay>,
+    /// Faults to inject between driver and ring, for tests of what depends on this daemon.
+    pub fault: Vec<Fault>,
+}
+
+/// Body pose in the vehicle frame (x forward, y left, z up).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Mounting {
+    /// Position of the IMU, m.
+    pub position_m: [f64; 3],
+    /// Roll, pitch, yaw of the body in the vehicle, degrees, applied ZYX.
+    pub roll_pitch_yaw_deg: [f64; 3],
+}
+
+/// A sensor axis with its sign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "the names say it: +x is x")]
+pub enum SignedAxis {
+    #[serde(rename = "x")]
+    PlusX,
+    #[serde(rename = "-x")]
+    MinusX,
+    #[serde(rename = "y")]
+    PlusY,
+    #[serde(rename = "-y")]
+    MinusY,
+    #[serde(rename = "z")]
+    PlusZ,
+    #[serde(rename = "-z")]
+    MinusZ,
+}
+
+/// Which sensor axis each body axis (forward, left, up) is; a right-handed map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct AxisMap(pub [SignedAxis; 3]);
+
+impl Default for AxisMap {
+    /// The ZED 2: sensor x down, y left, z forward.
+    fn default() -> Self {
+        Self([SignedAxis::PlusZ, SignedAxis::PlusY, SignedAxis::MinusX])
+    }
+}
+
+/// Noise of one camera's sensors.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Noise {
+    /// Gyroscope noise density, rad/s/√Hz.
+    pub gyro_density_rad_s_rthz: f64,
+    /// Gyroscope bias random walk, rad/s²/√Hz.
+    pub gyro_bias_walk_rad_s2_rthz: f64,
+    /// Gyroscope bias at switch-on, 1σ, rad/s.
+    pub gyro_bias_sigma_rad_s: f64,
+    /// Accelerometer noise density, m/s²/√Hz.
+    pub accel_density_m_s2_rthz: f64,
+    /// Accelerometer bias random walk, m/s³/√Hz.
+    pub accel_bias_walk_m_s3_rthz: f64,
+    /// Accelerometer bias at switch-on, 1σ, m/s².
+    pub accel_bias_sigma_m_s2: f64,
+    /// Magnetometer noise of one reading, 1σ, µT.
+    pub mag_sigma_ut: f64,
+}
+
+impl CameraModel {
+    /// The default noise figures of the model.
+    pub const fn noise(self) -> Noise {
+        match self {
+            // Stereolabs' published Allan figures of the ZED 2 family; the 2i has the same IMU.
+            Self::Zed2 | Self::Zed2i => Noise {
+                gyro_density_rad_s_rthz: 1.22e-4,
+                gyro_bias_walk_rad_s2_rthz: 1.0e-5,
+                gyro_bias_sigma_rad_s: 5.0e-3,
+                accel_density_m_s2_rthz: 1.6e-3,
+                accel_bias_walk_m_s3_rthz: 2.5e-4,
+                accel_bias_sigma_m_s2: 0.1,
+                mag_sigma_ut: 0.5,
+            },
+        }
+    }
+}
+
+/// Settings of the `replay` driver.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Replay {
+    /// The recording, `.csv` or `.csv.zst`, relative to this configuration's directory.
+    pub file: String,
+    /// 1 is real speed, 2 twice as fast; 0 as fast as it goes.
+    pub speed: f64,
+    /// Begin again at the end.
+    pub repeat: bool,
+}
+
+/// What a fault does to the stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FaultKind {
+    /// Samples vanish.
+    Drop,
+    /// Every sample comes twice.
+    Duplicate,
+    /// Time stamps run backwards.
+    TimeBackwards,
+    /// Every value repeats the first one.
+    Stuck,
+    /// Values are not a number.
+    NotANumber,
+    /// Values are infinite.
+    Infinite,
+    /// Values are at the end of the range.
+    Saturated,
+    /// Values are huge but finite.
+    Huge,
+    /// The source is lost and comes back.
+    Unplug,
+    /// Samples come late, in one burst.
+    Stall,
+    /// The magnetometer is silent.
+    NoMagnetometer,
+    /// Neighbouring samples change places.
+    Reorder,
+}
+
+/// One fault, by the stream's own time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fault {
+    /// What happens.
+    pub kind: FaultKind,
+    /// When it begins, s after the first sample.
+    pub at_s: f64,
+    /// How long it lasts, s.
+    pub duration_s: f64,
+}

@@ -1,0 +1,63 @@
+//! The filter's parameters.
+
+use serde::{Deserialize, Serialize};
+
+/// How the magnetometer steers the heading.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HeadingMode {
+    /// Every reading counts.
+    Continuous,
+    /// Readings that do not fit are refused, and accepted again when they do.
+    #[default]
+    Adaptive,
+    /// Only the initial alignment uses the magnetometer.
+    InitialOnly,
+}
+
+/// The filter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Estimator {
+    /// How the magnetometer steers the heading.
+    pub heading: HeadingMode,
+    /// Rest needed before the initial alignment, s.
+    pub alignment_rest_s: f64,
+    /// When values are called valid.
+    pub validity: ValidityBounds,
+}
+
+impl Default for Estimator {
+    fn default() -> Self {
+        Self {
+            heading: HeadingMode::Adaptive,
+            alignment_rest_s: 1.0,
+            validity: ValidityBounds::default(),
+        }
+    }
+}
+
+/// A value whose standard deviation is above its bound loses its validity flag.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ValidityBounds {
+    /// Roll and pitch, degrees.
+    pub tilt_sigma_deg: f64,
+    /// Heading, degrees.
+    pub heading_sigma_deg: f64,
+    /// Velocity, m/s per axis.
+    pub velocity_sigma_m_s: f64,
+    /// Position, m per axis.
+    pub position_sigma_m: f64,
+}
+
+impl Default for ValidityBounds {
+    fn default() -> Self {
+        Self {
+            tilt_sigma_deg: 5.0,
+            heading_sigma_deg: 20.0,
+            velocity_sigma_m_s: 1.0,
+            position_sigma_m: 1.0,
+        }
+    }
+}

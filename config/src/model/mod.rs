@@ -1,0 +1,74 @@
+//! The configuration as types. Every field carries its unit in its name; ranges and meanings of
+//! all keys stand in one table that `lodestoned check --explain` prints.
+
+mod camera;
+mod estimator;
+mod lane;
+mod synthetic;
+
+pub use camera::{
+    AxisMap, Camera, CameraModel, DriverKind, Fault, FaultKind, Mounting, Noise, Replay, SignedAxis,
+};
+pub use estimator::{Estimator, HeadingMode, ValidityBounds};
+pub use lane::{Lane, SharedMemory, Threads};
+pub use synthetic::{
+    Disturbance, MagneticDistortion, SensorErrors, Synthetic, TrajectoryKind, Transport,
+};
+
+use serde::{Deserialize, Serialize};
+
+/// The whole configuration of one daemon.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// The world frame.
+    pub world: World,
+    /// Where and how poses are laid in shared memory.
+    pub shared_memory: SharedMemory,
+    /// How every camera's lane runs.
+    pub lane: Lane,
+    /// The filter, one set of parameters for all cameras.
+    pub estimator: Estimator,
+    /// The cameras.
+    pub camera: Vec<Camera>,
+}
+
+/// Which way the world's y axis points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum North {
+    /// Along the horizontal magnetic field.
+    #[default]
+    Magnetic,
+    /// True north, by the declination of the World Magnetic Model.
+    True,
+}
+
+/// The world frame and the place that fixes the earth's field in it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct World {
+    /// Which north.
+    pub north: North,
+    /// Geodetic latitude, degrees, north positive.
+    pub latitude_deg: f64,
+    /// Longitude, degrees, east positive.
+    pub longitude_deg: f64,
+    /// Height above the WGS 84 ellipsoid, m.
+    pub altitude_m: f64,
+    /// Decimal year for the World Magnetic Model; today if absent.
+    pub year: Option<f64>,
+}
+
+impl Default for World {
+    fn default() -> Self {
+        // Garching near Munich, where the paper was written.
+        Self {
+            north: North::Magnetic,
+            latitude_deg: 48.262,
+            longitude_deg: 11.668,
+            altitude_m: 480.0,
+            year: None,
+        }
+    }
+}

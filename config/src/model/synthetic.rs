@@ -1,0 +1,146 @@
+//! The synthetic world.
+
+use serde::{Deserialize, Serialize};
+
+/// How the camera moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TrajectoryKind {
+    /// It stands.
+    Standing,
+    /// It is carried through a room by hand.
+    #[default]
+    Walk,
+    /// It is carried up a staircase and down again.
+    Stairs,
+    /// It rides on a model vehicle on the floor of a room.
+    ModelVehicle,
+    /// It rides in a car through a town, up to 80 km/h.
+    Car,
+}
+
+/// One synthetic camera.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Synthetic {
+    /// How the camera moves.
+    pub trajectory: TrajectoryKind,
+    /// Rest before the motion begins, s.
+    pub rest_s: f64,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// 1 is real speed; 0 as fast as it goes.
+    pub speed: f64,
+    /// Seconds until the source ends; 0 never.
+    pub duration_s: f64,
+    /// Errors of the sensors.
+    pub errors: SensorErrors,
+    /// What steel and magnets near the sensor do to the field.
+    pub distortion: MagneticDistortion,
+    /// Magnetic disturbances that come and go.
+    pub disturbance: Vec<Disturbance>,
+    /// What happens to samples on their way.
+    pub transport: Transport,
+}
+
+/// Errors of the sensors; noise densities and random walks are the camera's noise figures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SensorErrors {
+    /// Scales every noise figure; 0 is a perfect sensor, 1 the camera's.
+    pub noise_scale: f64,
+    /// Gyroscope bias at 25 °C in the sensor frame, rad/s; drawn from the noise figures if absent.
+    pub gyro_bias_rad_s: Option<[f64; 3]>,
+    /// Accelerometer bias at 25 °C in the sensor frame, m/s²; drawn if absent.
+    pub accel_bias_m_s2: Option<[f64; 3]>,
+    /// Gyroscope bias per kelvin, rad/s/K.
+    pub gyro_temperature_rad_s_k: [f64; 3],
+    /// Temperature at the start, °C.
+    pub temperature_start_c: f64,
+    /// Temperature it settles at, °C.
+    pub temperature_end_c: f64,
+    /// Time constant of the warm-up, s.
+    pub temperature_time_constant_s: f64,
+    /// Quantise and saturate as the ZED 2 does.
+    pub quantise: bool,
+}
+
+impl Default for SensorErrors {
+    fn default() -> Self {
+        Self {
+            noise_scale: 1.0,
+            gyro_bias_rad_s: None,
+            accel_bias_m_s2: None,
+            gyro_temperature_rad_s_k: [0.0; 3],
+            temperature_start_c: 30.0,
+            temperature_end_c: 38.0,
+            temperature_time_constant_s: 300.0,
+            quantise: true,
+        }
+    }
+}
+
+/// Constant distortion of the magnetometer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MagneticDistortion {
+    /// Hard iron in the sensor frame, µT.
+    pub hard_iron_ut: [f64; 3],
+    /// Soft iron in the sensor frame, row by row; identity is none.
+    pub soft_iron: [[f64; 3]; 3],
+    /// Hard iron per kelvin away from 25 °C, µT/K.
+    pub temperature_ut_k: [f64; 3],
+}
+
+impl Default for MagneticDistortion {
+    fn default() -> Self {
+        Self {
+            hard_iron_ut: [0.0; 3],
+            soft_iron: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            temperature_ut_k: [0.0; 3],
+        }
+    }
+}
+
+/// A field added to the earth's for a while.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Disturbance {
+    /// When it begins, s.
+    pub at_s: f64,
+    /// How long it lasts, s.
+    pub duration_s: f64,
+    /// The added field in the world frame, µT.
+    pub field_ut: [f64; 3],
+    /// Frequency, Hz; 0 is constant, 50 is mains hum.
+    #[serde(default)]
+    pub frequency_hz: f64,
+}
+
+/// What happens to samples between the sensor and the lane.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Transport {
+    /// Rate of the sensor against its nominal 400 Hz, minus one.
+    pub rate_error: f64,
+    /// Samples between two magnetometer readings; the ZED 2 has 8 (50 Hz).
+    pub mag_every: u32,
+    /// Probability that a sample is lost.
+    pub drop_probability: f64,
+    /// Jitter of the sensor's sampling instants, 1σ, s.
+    pub sampling_jitter_s: f64,
+    /// Mean of the (one-sided, exponential) delay between sampling and arrival, s.
+    pub arrival_delay_s: f64,
+}
+
+impl Default for Transport {
+    fn default() -> Self {
+        Self {
+            rate_error: 0.0,
+            mag_every: 8,
+            drop_probability: 0.0,
+            sampling_jitter_s: 0.0,
+            arrival_delay_s: 0.0,
+        }
+    }
+}

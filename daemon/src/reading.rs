@@ -1,0 +1,47 @@
+//! What a driver hands on.
+
+use lodestone_fusion::{Accel, Gyro, Mag, Sensor, SensorTime};
+
+/// An instant on `CLOCK_MONOTONIC`, ns (for a recording: on the recording's own clock).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct HostTime(i64);
+
+impl HostTime {
+    /// Takes nanoseconds.
+    pub const fn from_nanos(nanos: i64) -> Self {
+        Self(nanos)
+    }
+
+    /// Nanoseconds.
+    pub const fn as_nanos(self) -> i64 {
+        self.0
+    }
+
+    /// The clock now.
+    pub fn now() -> Self {
+        let t = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+        Self(t.tv_sec * 1_000_000_000 + t.tv_nsec)
+    }
+}
+
+/// One sample in sensor axes and physical units, not calibrated, on the sensor's clock.
+///
+/// A driver hands on what the device said, in the device's order: a value that is not finite or
+/// a time stamp that repeats is for the lane to refuse and count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// When the sensor took the sample.
+    pub sensor_time: SensorTime,
+    /// When the sample reached this computer.
+    pub arrival: HostTime,
+    /// Angular rate.
+    pub gyro: Gyro<Sensor>,
+    /// Specific force.
+    pub accel: Accel<Sensor>,
+    /// Magnetic field, only where this sample brings a new reading.
+    pub mag: Option<Mag<Sensor>>,
+    /// Temperature of the IMU, °C, where the sample brings one.
+    pub temperature_c: Option<f32>,
+    /// At least one axis reads the end of its range.
+    pub saturated: bool,
+}

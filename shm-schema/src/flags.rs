@@ -1,0 +1,120 @@
+//! Status words: bits and small codes that messages carry as plain integers.
+
+use bitflags::bitflags;
+
+bitflags! {
+    /// What the lane says about a pose.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub struct Status: u32 {
+        /// The initial alignment is done; orientation means something.
+        const INITIALISED = 1 << 0;
+        /// The camera stands still (zero-velocity and zero-rate updates are applied).
+        const STATIONARY = 1 << 1;
+        /// The magnetic field does not fit the reference; the magnetometer is not trusted.
+        const MAGNETIC_DISTURBANCE = 1 << 2;
+        /// No sample for longer than the configured time; the pose is the last one known.
+        const SENSOR_STALE = 1 << 3;
+        /// This step was bridged over lost samples.
+        const BRIDGED = 1 << 4;
+        /// A sensor was at the end of its range during this step.
+        const SATURATED = 1 << 5;
+        /// A gap longer than can be bridged was crossed; sigmas are inflated.
+        const DEGRADED = 1 << 6;
+        /// A calibration bound to this camera is applied.
+        const CALIBRATED = 1 << 7;
+        /// Pitch is within 1 degree of +-90 degrees: yaw and roll are not separate.
+        const GIMBAL_LOCK = 1 << 8;
+    }
+}
+
+bitflags! {
+    /// Which fields of a pose hold usable values, by the configured bounds on their sigma.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub struct Validity: u32 {
+        /// Roll and pitch.
+        const TILT = 1 << 0;
+        /// Heading against the world's north.
+        const HEADING = 1 << 1;
+        /// Velocity in the world.
+        const VELOCITY = 1 << 2;
+        /// Position in the world.
+        const POSITION = 1 << 3;
+        /// Angular rate, bias removed.
+        const ANGULAR_RATE = 1 << 4;
+        /// Specific force, bias removed.
+        const SPECIFIC_FORCE = 1 << 5;
+        /// The sensor clock is mapped to `CLOCK_MONOTONIC`.
+        const TIME = 1 << 6;
+    }
+}
+
+bitflags! {
+    /// Which fields of a calibrated sample hold a new value.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub struct SampleFlags: u32 {
+        /// A magnetometer reading came with this sample.
+        const MAGNETOMETER = 1 << 0;
+        /// The temperature is known.
+        const TEMPERATURE = 1 << 1;
+        /// A calibration bound to this camera is applied.
+        const CALIBRATED = 1 << 2;
+        /// At least one axis was at the end of its range.
+        const SATURATED = 1 << 3;
+    }
+}
+
+/// Declares a `u8` code with a fallible conversion from the wire.
+macro_rules! code {
+    ($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $value:literal),+ $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[repr(u8)]
+        pub enum $name { $($(#[$vdoc])* $variant = $value),+ }
+
+        impl $name {
+            /// The meaning of a byte found in a message; `None` for a byte this version does not know.
+            pub const fn from_code(code: u8) -> Option<Self> {
+                match code {
+                    $($value => Some(Self::$variant),)+
+                    _ => None,
+                }
+            }
+
+            /// The byte that stands for this value in a message.
+            pub const fn code(self) -> u8 {
+                self as u8
+            }
+        }
+    };
+}
+pub(crate) use code;
+
+code! {
+    /// Where the heading of a pose comes from.
+    HeadingSource {
+        /// There is no heading.
+        None = 0,
+        /// The magnetometer corrects the heading now.
+        Magnetometer = 1,
+        /// The gyroscope carries a heading that the magnetometer gave earlier.
+        GyroscopeHeld = 2,
+        /// Only the initial alignment used the magnetometer.
+        InitialOnly = 3,
+    }
+}
+
+code! {
+    /// Where the position of a pose comes from.
+    PositionSource {
+        /// There is no position.
+        None = 0,
+        /// The camera stands where it was (zero-velocity updates).
+        Standstill = 1,
+        /// Acceleration integrated twice, unaided: sigma grows.
+        Inertial = 2,
+        /// A speed from the aiding service.
+        AidingSpeed = 3,
+        /// A position from the aiding service.
+        AidingPosition = 4,
+    }
+}

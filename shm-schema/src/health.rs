@@ -1,0 +1,135 @@
+//! The health message.
+
+use iceoryx2_bb_derive_macros::ZeroCopySend;
+use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
+
+use crate::flags::code;
+use crate::layout::assert_layout;
+
+code! {
+    /// What a lane is doing.
+    LaneState {
+        /// Looking for the device.
+        Searching = 0,
+        /// Samples arrive; the initial alignment waits for rest.
+        Aligning = 1,
+        /// Poses are published.
+        Running = 2,
+        /// Poses are published, something is wrong (see the flags and counters).
+        Degraded = 3,
+        /// The device is gone or silent; the lane waits for it.
+        Lost = 4,
+        /// The source ended (a recording) or the lane was stopped.
+        Ended = 5,
+    }
+}
+
+/// State and counters of one lane, published about once a second by the housekeeping thread.
+///
+/// Counters start at 0 with the daemon and never decrease.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
+#[type_name("lodestone.v1.Health")]
+pub struct Health {
+    /// Counts the health messages of this lane from 0.
+    pub sequence: u64,
+    /// Index of the camera in the daemon's configuration.
+    pub camera_id: u32,
+    /// Number of cameras in the daemon's configuration.
+    pub camera_count: u32,
+    /// Serial number of the camera.
+    pub serial: u64,
+    /// When this message was made, `CLOCK_MONOTONIC`, ns.
+    pub time_ns: i64,
+    /// When the daemon started, `CLOCK_MONOTONIC`, ns.
+    pub daemon_start_time_ns: i64,
+    /// Process id of the daemon.
+    pub daemon_pid: u32,
+    /// Bits of [`crate::Status`] of the latest pose.
+    pub status: u32,
+    /// Bits of [`crate::Validity`] of the latest pose.
+    pub validity: u32,
+    /// Code of [`LaneState`].
+    pub state: u8,
+    /// Code of [`crate::HeadingSource`] of the latest pose.
+    pub heading_source: u8,
+    /// Code of [`crate::PositionSource`] of the latest pose.
+    pub position_source: u8,
+    /// Zero.
+    pub reserved: [u8; 5],
+    /// Samples per second over the last interval; `NaN` before the first.
+    pub sample_rate_hz: f64,
+    /// Poses per second over the last interval; `NaN` before the first.
+    pub pose_rate_hz: f64,
+    /// Median of arrival to published over the last interval, s; `NaN` without poses.
+    pub latency_p50_s: f64,
+    /// 99th percentile of arrival to published over the last interval, s; `NaN` without poses.
+    pub latency_p99_s: f64,
+    /// Temperature of the IMU, °C; `NaN` when unknown.
+    pub temperature_c: f64,
+    /// Standard deviation of the heading, rad; `NaN` before the alignment.
+    pub heading_sigma_rad: f64,
+    /// Norm of the last magnetometer reading, µT; `NaN` when unknown.
+    pub magnetic_norm_ut: f64,
+    /// Estimated rate of the sensor clock against `CLOCK_MONOTONIC`, minus one; `NaN` when unknown.
+    pub clock_drift: f64,
+    /// Samples taken from the driver.
+    pub samples: u64,
+    /// Poses published.
+    pub poses: u64,
+    /// Samples pushed out of the full ring, oldest first.
+    pub ring_dropped: u64,
+    /// Samples missing by the sensor's time stamps.
+    pub samples_lost: u64,
+    /// Grid steps bridged over lost samples.
+    pub steps_bridged: u64,
+    /// Samples with a time stamp already seen.
+    pub duplicates: u64,
+    /// Samples whose time stamp ran backwards.
+    pub out_of_order: u64,
+    /// Samples refused: not finite, out of range, or unreadable.
+    pub invalid: u64,
+    /// Times the device was lost and opened again.
+    pub reconnects: u64,
+    /// Re-initialisations of the filter.
+    pub resets: u64,
+    /// Messages the transport refused.
+    pub publish_errors: u64,
+}
+
+assert_layout!(
+    Health,
+    size = 216,
+    sequence = 0,
+    camera_id = 8,
+    camera_count = 12,
+    serial = 16,
+    time_ns = 24,
+    daemon_start_time_ns = 32,
+    daemon_pid = 40,
+    status = 44,
+    validity = 48,
+    state = 52,
+    heading_source = 53,
+    position_source = 54,
+    reserved = 55,
+    sample_rate_hz = 64,
+    pose_rate_hz = 72,
+    latency_p50_s = 80,
+    latency_p99_s = 88,
+    temperature_c = 96,
+    heading_sigma_rad = 104,
+    magnetic_norm_ut = 112,
+    clock_drift = 120,
+    samples = 128,
+    poses = 136,
+    ring_dropped = 144,
+    samples_lost = 152,
+    steps_bridged = 160,
+    duplicates = 168,
+    out_of_order = 176,
+    invalid = 184,
+    reconnects = 192,
+    resets = 200,
+    publish_errors = 208,
+);

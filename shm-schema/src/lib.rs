@@ -1,0 +1,42 @@
+//! What Lodestone lays in shared memory, and nothing else.
+//!
+//! Every message is a plain `repr(C)` struct of numbers whose size and offsets are asserted at
+//! compile time. A change of layout or meaning raises [`SCHEMA_VERSION`], which stands in three
+//! places: the type name that iceoryx2 compares, the service name, and the service attribute
+//! [`VERSION_ATTRIBUTE`]. A consumer built for another version is refused by name; it never reads
+//! another layout.
+//!
+//! Conventions, for every message:
+//!
+//! * `*_time_ns` is `CLOCK_MONOTONIC` of the publishing computer in nanoseconds, unless the name
+//!   says otherwise; [`Pose::unix_offset_ns`] turns it into UNIX time.
+//! * Quaternions are Hamilton, body to world, stored `x y z w`.
+//! * World `W` is east, north, up; body `B` is forward, left, up (both right-handed).
+//! * Covariances are the upper triangle of a symmetric 3x3 matrix: `xx xy xz yy yz zz`.
+//! * What is unknown is `NaN` and lacks its [`Validity`] flag; nothing unknown is published as zero.
+#![no_std]
+#![forbid(unsafe_op_in_unsafe_fn)]
+
+mod aiding;
+mod flags;
+mod health;
+mod layout;
+mod pose;
+mod sample;
+mod service;
+
+pub use aiding::{Aiding, AidingKind};
+pub use flags::{HeadingSource, PositionSource, SampleFlags, Status, Validity};
+pub use health::{Health, LaneState};
+pub use pose::Pose;
+pub use sample::CalibratedSample;
+pub use service::{MAX_CAMERA_NAME_LEN, ServiceKind, camera_of, is_camera_name, version_of};
+
+/// Version of every message in this crate.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// Key of the service attribute whose value is [`SCHEMA_VERSION`] in decimal.
+pub const VERSION_ATTRIBUTE: &str = "lodestone.schema_version";
+
+/// [`SCHEMA_VERSION`] as the text of the service attribute.
+pub const VERSION_ATTRIBUTE_VALUE: &str = "1";
