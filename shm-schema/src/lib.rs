@@ -14,7 +14,9 @@
 //! * World `W` is east, north, up; body `B` is forward, left, up (both right-handed).
 //! * Covariances are the upper triangle of a symmetric 3x3 matrix: `xx xy xz yy yz zz`.
 //! * What is unknown is `NaN` and lacks its [`Validity`] flag; nothing unknown is published as zero.
-#![no_std]
+//!
+//! The feature `transport` (off by default, needs `std`) adds how both ends open the services.
+#![cfg_attr(not(feature = "transport"), no_std)]
 #![forbid(unsafe_op_in_unsafe_fn)]
 
 mod aiding;
@@ -24,6 +26,8 @@ mod layout;
 mod pose;
 mod sample;
 mod service;
+#[cfg(feature = "transport")]
+pub mod transport;
 
 pub use aiding::{Aiding, AidingKind};
 pub use flags::{HeadingSource, PositionSource, SampleFlags, Status, Validity};
