@@ -1,14 +1,43 @@
 //! Lodestone's estimator: a pure function of its inputs.
 //!
 //! No I/O, no clock, no log, no allocation, no `std`: time arrives inside the sample, decisions
-//! leave as data.
+//! leave as data, and the same input gives the same bits. The way through:
+//!
+//! ```text
+//! ImuSample ─> Grid ─> Step ─> Estimator: Alignment, then predict + updates ─> Estimate
+//! ```
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod alignment;
+mod covariance;
+mod estimator;
 mod frame;
+mod grid;
+mod parameters;
+mod predict;
 mod quantity;
+mod rest;
+mod sample;
+pub mod so3;
+mod state;
 mod time;
+pub mod update;
 
+pub use alignment::{Aligned, Alignment, Waiting};
+pub use covariance::{
+    ACCEL_BIAS, Block, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, ORIENTATION, POSITION,
+    Row, STATES, VELOCITY,
+};
+pub use estimator::{Estimate, Estimator, HeadingOrigin, StepReport};
 pub use frame::{Body, Frame, Optical, Rotation, Sensor, Vehicle, World};
+pub use grid::{Accepted, Grid, GridParameters, Increment, Refusal, Step};
+pub use parameters::{
+    AlignmentParameters, CompassParameters, HeadingMode, LevellingParameters, Parameters,
+    RestParameters, SensorNoise,
+};
 pub use quantity::{Accel, Gyro, Mag};
+pub use rest::{RestDetector, WindowStatistics};
+pub use sample::ImuSample;
+pub use state::State;
 pub use time::{SensorSpan, SensorTime};

@@ -1,0 +1,209 @@
+//! Static initial alignment: level by gravity, north by the field, bias by the mean rate.
+//!
+//! It needs rest and refuses with the reason while there is none. Source: Groves, ch. 5.6
+//! (levelling and magnetic heading).
+
+use glam::{DMat3, DQuat, DVec3};
+
+use crate::covariance::{
+    ACCEL_BIAS, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, ORIENTATION,
+};
+use crate::grid::Step;
+use crate::parameters::Parameters;
+use crate::rest::{RestDetector, WindowStatistics};
+use crate::so3;
+use crate::state::State;
+
+/// Why there is no alignment yet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Waiting {
+    /// Not enough samples yet.
+    Collecting,
+    /// The camera turns: standard deviation of the angular rate, rad/s.
+    Turning(f64),
+    /// The camera shakes: standard deviation of the specific force, m/s².
+    Shaking(f64),
+    /// The mean specific force is not gravity: its size, m/s².
+    NotGravity(f64),
+    /// A constant turn that no gyroscope bias explains: mean angular rate, rad/s.
+    ConstantTurn(f64),
+}
+
+impl core::fmt::Display for Waiting {
+    fn fmt(&self, out: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Collecting => write!(out, "collecting samples"),
+            Self::Turning(rate) => {
+                write!(out, "the camera turns ({rate:.3} rad/s RMS): hold it still")
+            }
+            Self::Shaking(force) => {
+                write!(out, "the camera shakes ({force:.2} m/s² RMS): hold it still")
+            }
+            Self::NotGravity(force) => {
+                write!(
+                    out,
+                    "the specific force is {force:.2} m/s², not gravity: check the accelerometer"
+                )
+            }
+            Self::ConstantTurn(rate) => {
+                write!(out, "the camera turns steadily ({rate:.3} rad/s): hold it still")
+            }
+        }
+    }
+}
+
+/// What the alignment found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aligned {
+    /// The first state.
+    pub state: State,
+    /// The field in levelled world axes, µT, if there was a magnetometer.
+    pub field: Option<DVec3>,
+}
+
+/// The alignment's state: what was collected since the camera came to rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alignment {
+    detector: RestDetector,
+    quiet_s: f64,
+    field_sum: DVec3,
+    field_count: f64,
+    turn: DQuat,
+    waiting: Waiting,
+}
+
+impl Alignment {
+    /// Nothing collected.
+    pub const fn new() -> Self {
+        Self {
+            detector: RestDetector::new(),
+            quiet_s: 0.0,
+            field_sum: DVec3::ZERO,
+            field_count: 0.0,
+            turn: DQuat::IDENTITY,
+            waiting: Waiting::Collecting,
+        }
+    }
+
+    /// Why it is not done yet.
+    pub const fn waiting(&self) -> Waiting {
+        self.waiting
+    }
+
+    /// Takes one step; gives the first state once the camera has stood long enough.
+    pub fn push(&mut self, step: &Step, p: &Parameters) -> Option<Aligned> {
+        if let Some(mag) = step.mag {
+            self.field_sum += mag.vector;
+            self.field_count += 1.0;
+        }
+        self.quiet_s += step.increment.span_s;
+        let window = self.detector.push(&step.increment, &p.rest)?;
+        match refuse(&window, p) {
+            Some(reason) => {
+                let detector = self.detector;
+                *self = Self { detector, waiting: reason, ..Self::new() };
+                None
+            }
+            None if self.quiet_s + window.span_s < p.alignment.rest_s => {
+                self.waiting = Waiting::Collecting;
+                None
+            }
+            None => Some(self.conclude(&window, p)),
+        }
+    }
+
+    fn conclude(&self, window: &WindowStatistics, p: &Parameters) -> Aligned {
+        let level = level(window.force);
+        let field = (self.field_count > 0.0).then(|| level * (self.field_sum / self.field_count));
+        let heading = field.and_then(crate::update::compass::residual).unwrap_or(0.0);
+        // Turning by the residual about up brings the field's horizontal part onto the y axis.
+        let orientation = so3::exp(DVec3::Z * heading) * level;
+        let field = field.map(|f| so3::exp(DVec3::Z * heading) * f);
+        let mut state = State {
+            orientation,
+            velocity: DVec3::ZERO,
+            position: DVec3::ZERO,
+            gyro_bias: window.rate,
+            accel_bias: DVec3::ZERO,
+            leaky_velocity: DVec3::ZERO,
+            deviation: 0.0,
+            covariance: Covariance::ZERO,
+        };
+        state.covariance = first_covariance(&state, window, field, p);
+        Aligned { state, field }
+    }
+}
+
+impl Default for Alignment {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+fn refuse(window: &WindowStatistics, p: &Parameters) -> Option<Waiting> {
+    let norm = libm::sqrt(window.force.length_squared());
+    let rate = libm::sqrt(window.rate.length_squared());
+    if window.rate_deviation > p.rest.rate_deviation_rad_s {
+        Some(Waiting::Turning(window.rate_deviation))
+    } else if window.force_deviation > p.rest.force_deviation_m_s2 {
+        Some(Waiting::Shaking(window.force_deviation))
+    } else if (norm - p.gravity_m_s2).abs() > p.alignment.gravity_tolerance_m_s2 {
+        Some(Waiting::NotGravity(norm))
+    } else if rate > p.rest.mean_rate_rad_s.max(3.0 * p.noise.gyro_bias_sigma) {
+        Some(Waiting::ConstantTurn(rate))
+    } else {
+        None
+    }
+}
+
+/// The shortest rotation that takes a specific force to up.
+fn level(force: DVec3) -> DQuat {
+    let up = force.normalize_or(DVec3::Z);
+    if up.z < -0.999_999 {
+        // Upside down: half a turn about any horizontal axis.
+        return DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
+    }
+    DQuat::from_rotation_arc(up, DVec3::Z)
+}
+
+fn first_covariance(
+    state: &State,
+    window: &WindowStatistics,
+    field: Option<DVec3>,
+    p: &Parameters,
+) -> Covariance {
+    let n = &p.noise;
+    let mut cov = Covariance::ZERO;
+    let square = |x: f64| x * x;
+
+    cov.set_independent(
+        GYRO_BIAS,
+        DMat3::from_diagonal(DVec3::splat(square(n.gyro_density) / window.span_s + square(1e-4))),
+    );
+    cov.set_independent(ACCEL_BIAS, DMat3::from_diagonal(DVec3::splat(square(n.accel_bias_sigma))));
+    cov.set_independent(
+        LEAKY_VELOCITY,
+        DMat3::from_diagonal(DVec3::splat(square(p.rest.velocity_sigma_m_s))),
+    );
+    // Levelled with the accelerometer: a horizontal accelerometer bias b tilts by b / g, so the two
+    // errors are one. δθ = (ẑ × R δb) / g.
+    let to_tilt = so3::skew(DVec3::Z) * state.matrix() * p.gravity_m_s2.recip();
+    let settled = square(window.force_deviation.max(0.02) / p.gravity_m_s2) * 0.1;
+    cov.set_independent(ORIENTATION, DMat3::from_diagonal(DVec3::new(settled, settled, 0.0)));
+    cov.shear(ORIENTATION, to_tilt, ACCEL_BIAS);
+
+    let heading = field.map_or(square(core::f64::consts::PI), |field| {
+        let horizontal = libm::sqrt(field.x * field.x + field.y * field.y).max(1.0);
+        let slope = field.z / horizontal;
+        square(n.mag_sigma_ut / horizontal) + square(slope * n.accel_bias_sigma / p.gravity_m_s2)
+    });
+    cov.add_variance(ORIENTATION.0 + 2, heading);
+    let deviation = square(p.compass.deviation_sigma_rad);
+    cov.set(DEVIATION, DEVIATION, deviation);
+    if field.is_some() {
+        // The heading was set by the local field: its error is the deviation's opposite.
+        cov.add_variance(ORIENTATION.0 + 2, deviation);
+        cov.set(ORIENTATION.0 + 2, DEVIATION, -deviation);
+    }
+    cov
+}

@@ -1,0 +1,168 @@
+//! What may be chosen about the estimator.
+
+/// Noise of one camera's sensors, as the filter believes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorNoise {
+    /// Gyroscope noise density, rad/s/√Hz.
+    pub gyro_density: f64,
+    /// Gyroscope bias random walk, rad/s²/√Hz.
+    pub gyro_bias_walk: f64,
+    /// Gyroscope bias at switch-on, 1σ, rad/s.
+    pub gyro_bias_sigma: f64,
+    /// Error that turning adds (scale factor, misalignment), 1σ after one radian, rad; grows with
+    /// the root of the turned angle.
+    pub gyro_scale_walk: f64,
+    /// Accelerometer noise density, m/s²/√Hz.
+    pub accel_density: f64,
+    /// Accelerometer bias random walk, m/s³/√Hz.
+    pub accel_bias_walk: f64,
+    /// Accelerometer bias at switch-on, 1σ, m/s².
+    pub accel_bias_sigma: f64,
+    /// Noise of one magnetometer reading, 1σ, µT.
+    pub mag_sigma_ut: f64,
+}
+
+/// How the magnetometer steers the heading.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum HeadingMode {
+    /// Every reading counts.
+    Continuous,
+    /// A reading counts the less, the worse its strength and dip fit the reference; one that does
+    /// not fit at all is refused.
+    #[default]
+    Adaptive,
+    /// Only the initial alignment uses the magnetometer.
+    InitialOnly,
+}
+
+/// Parameters of the estimator; the defaults serve every camera and every motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters {
+    /// Noise of the sensors.
+    pub noise: SensorNoise,
+    /// How the magnetometer steers the heading.
+    pub heading: HeadingMode,
+    /// Strength of gravity at the place, m/s².
+    pub gravity_m_s2: f64,
+    /// Alignment.
+    pub alignment: AlignmentParameters,
+    /// Detection of standstill.
+    pub rest: RestParameters,
+    /// Levelling by gravity.
+    pub levelling: LevellingParameters,
+    /// Heading by the magnetometer.
+    pub compass: CompassParameters,
+}
+
+/// Static initial alignment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AlignmentParameters {
+    /// Rest needed, s. Short starts sooner, long averages the noise away. Default 1.
+    pub rest_s: f64,
+    /// Largest believable difference between the mean specific force and gravity, m/s². Default 0.6.
+    pub gravity_tolerance_m_s2: f64,
+}
+
+/// Detection of standstill over a sliding window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestParameters {
+    /// Length of the window, s. Short reacts fast, long is rarely fooled by slow motion. Default 0.5.
+    pub window_s: f64,
+    /// Largest standard deviation of the angular rate, rad/s, per axis. Default 0.02.
+    pub rate_deviation_rad_s: f64,
+    /// Largest standard deviation of the specific force, m/s², per axis. Default 0.15.
+    pub force_deviation_m_s2: f64,
+    /// Largest mean angular rate after the bias estimate, rad/s. Default 0.03.
+    pub mean_rate_rad_s: f64,
+    /// Velocity noise of a zero-velocity update, 1σ, m/s. Default 0.01.
+    pub velocity_sigma_m_s: f64,
+    /// Seconds between two updates. Default 0.05.
+    pub interval_s: f64,
+}
+
+/// Levelling: the leaky velocity of a carried camera stays small.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevellingParameters {
+    /// Time constant of the leak, s. Long averages more of the motion away, short forgets errors of
+    /// the specific force sooner. Default 3.
+    pub time_constant_s: f64,
+    /// Usual size of the leaky velocity, 1σ, m/s, per axis. Small trusts gravity more. Default 0.5.
+    pub sigma_m_s: f64,
+    /// Seconds between two updates. Default 0.1.
+    pub interval_s: f64,
+    /// Normalised innovation beyond which an update is weakened. Default 3.
+    pub gate_sigma: f64,
+}
+
+/// Heading by the magnetometer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CompassParameters {
+    /// Usual deviation of the field in a room from the earth's, as an angle, 1σ, rad. Default 2.5°.
+    pub deviation_sigma_rad: f64,
+    /// Turn after which the deviation is a new one, rad.
+    pub deviation_turn_rad: f64,
+    /// Way after which the deviation is a new one, m.
+    pub deviation_way_m: f64,
+    /// Time after which the deviation is a new one even at rest, s.
+    pub deviation_time_s: f64,
+    /// Mismatch of the field (strength and dip against the reference) that is usual, 1σ, µT.
+    pub mismatch_sigma_ut: f64,
+    /// Mismatch beyond which a reading is called disturbed, µT.
+    pub mismatch_limit_ut: f64,
+    /// Time constant with which the reference follows the field, s.
+    pub reference_time_constant_s: f64,
+    /// Seconds over which readings are averaged before an update. Default 0.02.
+    pub interval_s: f64,
+    /// Normalised innovation beyond which an update is refused.
+    pub gate_sigma: f64,
+}
+
+impl SensorNoise {
+    /// Figures of a ZED 2 at room temperature.
+    pub const ZED2: Self = Self {
+        gyro_density: 1.22e-4,
+        gyro_bias_walk: 1.0e-5,
+        gyro_bias_sigma: 5.0e-3,
+        gyro_scale_walk: 7.0e-3,
+        accel_density: 1.6e-3,
+        accel_bias_walk: 2.5e-4,
+        accel_bias_sigma: 0.1,
+        mag_sigma_ut: 0.5,
+    };
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            noise: SensorNoise::ZED2,
+            heading: HeadingMode::Adaptive,
+            gravity_m_s2: 9.81,
+            alignment: AlignmentParameters { rest_s: 1.0, gravity_tolerance_m_s2: 0.6 },
+            rest: RestParameters {
+                window_s: 0.5,
+                rate_deviation_rad_s: 0.02,
+                force_deviation_m_s2: 0.15,
+                mean_rate_rad_s: 0.03,
+                velocity_sigma_m_s: 0.01,
+                interval_s: 0.05,
+            },
+            levelling: LevellingParameters {
+                time_constant_s: 3.0,
+                sigma_m_s: 0.5,
+                interval_s: 0.1,
+                gate_sigma: 3.0,
+            },
+            compass: CompassParameters {
+                deviation_sigma_rad: 0.045,
+                deviation_turn_rad: 3.0,
+                deviation_way_m: 0.3,
+                deviation_time_s: 300.0,
+                mismatch_sigma_ut: 1.0,
+                mismatch_limit_ut: 5.0,
+                reference_time_constant_s: 20.0,
+                interval_s: 0.02,
+                gate_sigma: 4.0,
+            },
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The nominal state and the meaning of the error state around it.
+
+use glam::{DMat3, DQuat, DVec3};
+
+use crate::covariance::{
+    ACCEL_BIAS, Block, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, ORIENTATION, POSITION,
+    Row, VELOCITY,
+};
+use crate::frame::{Body, Rotation, World};
+use crate::so3;
+
+/// The estimate: nominal values, and the covariance of the error around them.
+///
+/// The orientation error turns about the world axes (`R_true = Exp(δθ) R`), so that its third
+/// component is the heading error whatever the attitude.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State {
+    /// Body to world.
+    pub(crate) orientation: DQuat,
+    /// Velocity in the world, m/s.
+    pub velocity: DVec3,
+    /// Position in the world, m.
+    pub position: DVec3,
+    /// Gyroscope bias in the body, rad/s.
+    pub gyro_bias: DVec3,
+    /// Accelerometer bias in the body, m/s².
+    pub accel_bias: DVec3,
+    /// Leaky integral of the acceleration in the world, m/s: what levelling looks at.
+    pub leaky_velocity: DVec3,
+    /// Angle by which the local field's north lies off the world's north, rad, about up.
+    pub deviation: f64,
+    /// Covariance of the error state.
+    pub covariance: Covariance,
+}
+
+impl State {
+    /// Body to world.
+    pub fn orientation(&self) -> Rotation<World, Body> {
+        Rotation::from_unit(self.orientation)
+    }
+
+    /// Rotation matrix, body to world.
+    pub(crate) fn matrix(&self) -> DMat3 {
+        DMat3::from_quat(self.orientation)
+    }
+
+    /// Adds an estimated error to the nominal state: `x ⊞ δ`.
+    pub(crate) fn correct(&mut self, error: &Row) {
+        let part = |b: Block| DVec3::new(error[b.0], error[b.0 + 1], error[b.0 + 2]);
+        let turned = so3::exp(part(ORIENTATION)) * self.orientation;
+        self.orientation = so3::renormalise(turned);
+        self.velocity += part(VELOCITY);
+        self.position += part(POSITION);
+        self.gyro_bias += part(GYRO_BIAS);
+        self.accel_bias += part(ACCEL_BIAS);
+        self.leaky_velocity += part(LEAKY_VELOCITY);
+        self.deviation += error[DEVIATION];
+    }
+
+    /// Whether every number in it is finite.
+    pub fn is_finite(&self) -> bool {
+        let vectors =
+            [self.velocity, self.position, self.gyro_bias, self.accel_bias, self.leaky_velocity];
+        self.orientation.is_finite()
+            && vectors.iter().all(|v| v.is_finite())
+            && self.deviation.is_finite()
+            && self.covariance.is_finite()
+    }
+}

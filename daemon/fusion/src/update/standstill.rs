@@ -1,0 +1,44 @@
+//! Standstill: velocity is zero and so is the angular rate.
+//!
+//! Zero-velocity update: residual `0 − v`, Jacobian the unit matrix on the velocity error (Groves,
+//! ch. 15.3). Zero-rate update: residual `ω̄ − b_g` with the mean rate over the window, Jacobian the
+//! unit matrix on the bias error. The gate is the detector, [`crate::rest`].
+
+use glam::DVec3;
+
+use super::apply;
+use crate::covariance::{Block, GYRO_BIAS, LEAKY_VELOCITY, Row, STATES, VELOCITY};
+use crate::state::State;
+
+/// Row of the Jacobian for one axis of a block that is measured directly.
+pub fn jacobian(block: Block, axis: usize) -> Row {
+    let mut row = [0.0; STATES];
+    row[block.0 + axis] = 1.0;
+    row
+}
+
+/// Velocity and leaky velocity are zero, with a standard deviation in m/s.
+///
+/// Begin of a standstill: the leaky velocity still remembers the motion before, so it is left to
+/// fade until it is as small as a standing camera's.
+pub(crate) fn zero_velocity(state: &mut State, sigma_m_s: f64, faded: bool) {
+    let variance = sigma_m_s * sigma_m_s;
+    for axis in 0..3 {
+        let residual = -state.velocity[axis];
+        apply(state, &jacobian(VELOCITY, axis), residual, variance);
+    }
+    if faded {
+        for axis in 0..3 {
+            let residual = -state.leaky_velocity[axis];
+            apply(state, &jacobian(LEAKY_VELOCITY, axis), residual, variance);
+        }
+    }
+}
+
+/// The mean rate over the window, rad/s in the body, is the bias.
+pub(crate) fn zero_rate(state: &mut State, mean_rate: DVec3, sigma_rad_s: f64) {
+    for axis in 0..3 {
+        let residual = mean_rate[axis] - state.gyro_bias[axis];
+        apply(state, &jacobian(GYRO_BIAS, axis), residual, sigma_rad_s * sigma_rad_s);
+    }
+}
