@@ -27,9 +27,15 @@ impl HostTime {
 /// One sample in sensor axes and physical units, not calibrated, on the sensor's clock.
 ///
 /// A driver hands on what the device said, in the device's order: a value that is not finite or
-/// a time stamp that repeats is for the lane to refuse and count.
+/// a time stamp that runs backwards is for the lane to refuse and count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
+    /// Which run of the sensor's clock `sensor_time` belongs to.
+    ///
+    /// It starts at 0 and is raised each time the device was opened again or its clock started
+    /// anew. Sensor times of different epochs cannot be compared: the lane maps the clock afresh.
+    /// A source that is opened once (synthetic, replay) leaves it at 0.
+    pub epoch: u32,
     /// When the sensor took the sample.
     pub sensor_time: SensorTime,
     /// When the sample reached this computer.

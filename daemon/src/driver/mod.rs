@@ -4,6 +4,9 @@
 //! is given, pushes what has arrived into the sink, oldest first, and says how the source is. It
 //! allocates nothing after it was opened, except while it looks for a lost device.
 
+pub mod faulty;
+pub mod zed2;
+
 use std::time::Duration;
 
 use crate::reading::Reading;
@@ -40,6 +43,22 @@ pub struct DriverCounters {
     pub marked_invalid: u64,
     /// Times the device was lost and opened again.
     pub reconnects: u64,
+    /// Reports that repeat the time stamp before; the driver keeps them back.
+    pub duplicates: u64,
+    /// Reports whose time stamp is older than the one before; handed on for the lane to refuse.
+    pub backwards: u64,
+    /// Times that at least one sample is missing by the time stamps.
+    pub gaps: u64,
+    /// Samples missing by the time stamps, all gaps together.
+    pub samples_missing: u64,
+    /// Times the device's clock started anew without the device being lost.
+    pub clock_restarts: u64,
+    /// Times the stream had to be started again because no report came.
+    pub stream_restarts: u64,
+    /// Keep-alive messages the device took.
+    pub pings: u64,
+    /// Keep-alive messages that failed.
+    pub pings_failed: u64,
 }
 
 /// What a source says about itself.
@@ -63,4 +82,18 @@ pub trait Driver: Send {
 
     /// What was counted so far.
     fn counters(&self) -> DriverCounters;
+}
+
+impl<D: Driver + ?Sized> Driver for Box<D> {
+    fn info(&self) -> DriverInfo {
+        (**self).info()
+    }
+
+    fn poll(&mut self, timeout: Duration, sink: &mut dyn Sink) -> SourceState {
+        (**self).poll(timeout, sink)
+    }
+
+    fn counters(&self) -> DriverCounters {
+        (**self).counters()
+    }
 }
