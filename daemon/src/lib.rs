@@ -1,10 +1,14 @@
 //! Lodestone's daemon as a library: drivers, lane, publisher, service.
 //!
-//! The way of one sample is the way through these modules: [`driver`] → [`ring`] → loop → publisher.
+//! The way of one sample is the way through these modules: [`driver`] → [`ring`] → [`lane`] →
+//! [`publisher`]; [`pipeline`] wires them for one camera.
 
 pub mod clock;
 pub mod driver;
 pub mod poses_csv;
+pub mod publisher;
 pub mod reading;
 pub mod recording;
 pub mod ring;
+pub mod service;
+pub mod status_board;

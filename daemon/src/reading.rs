@@ -50,6 +50,4 @@ pub struct Reading {
     pub temperature_c: Option<f32>,
     /// At least one axis reads the end of its range.
     pub saturated: bool,
-    /// Counts re-openings of the source; sensor times of different epochs do not compare.
-    pub epoch: u32,
 }

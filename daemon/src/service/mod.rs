@@ -1,0 +1,7 @@
+//! What makes a process of the lanes: one instance, enough memory, signals, housekeeping.
+
+
+pub mod instance;
+pub mod prefault;
+pub mod signals;
+pub mod space;

@@ -1,0 +1,1 @@
+//! Is there enough shared memory? Asked before anything is made.

@@ -1,0 +1,51 @@
+//! What a lane tells the other threads, without a lock and without ever waiting for them.
+//!
+//! The lane adds to [counters](LaneCounters), records [latencies](Histogram) and
+//! [reports](Latest::report) its latest [status](LaneStatus); housekeeping and console read.
+//! Everything is made of atomic integers, so a reader that is stopped half-way stops nobody.
+
+mod counter;
+mod histogram;
+mod latest;
+mod status;
+
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use lodestone_schema::LaneState;
+
+pub use counter::{Counter, CounterValues, LaneCounters};
+pub use histogram::{Histogram, LatencySummary};
+pub use latest::Latest;
+pub use status::{LaneStatus, SensorStatus};
+
+/// One lane's board, shared as an `Arc`.
+#[derive(Debug, Default)]
+pub struct LaneBoard {
+    /// What the lane counts.
+    pub counters: LaneCounters,
+    /// From the arrival of a sample to the publication of its pose, ns.
+    pub latency: Histogram,
+    /// The latest pose and sensor readings.
+    pub latest: Latest,
+    state: AtomicU8,
+}
+
+impl LaneBoard {
+    /// A board on which nothing is reported yet; the lane is searching.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// What the lane is doing.
+    pub fn state(&self) -> LaneState {
+        LaneState::from_code(self.state.load(Ordering::Relaxed)).unwrap_or(LaneState::Searching)
+    }
+
+    /// Says what the lane is doing.
+    pub fn set_state(&self, state: LaneState) {
+        self.state.store(state.code(), Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests;
