@@ -17,7 +17,7 @@ pub enum DriverKind {
     Replay,
 }
 
-/// The camera's model, which fixes the default noise figures.
+/// The camera's model, which fixes the nominal rate and the default noise figures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum CameraModel {
@@ -32,9 +32,10 @@ pub enum CameraModel {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Camera {
-    /// Name in service names and tables: `a-z 0-9 _ -`, at most 32.
+    /// Name in service names and tables, see [`lodestone_schema::is_camera_name`]; unique.
     pub name: String,
-    /// Serial number; for a `zed2` the one printed on the camera.
+    /// Serial number, the one printed on the camera; unique. 0 stands for none, which only the
+    /// `synthetic` and `replay` drivers allow.
     pub serial: u64,
     /// Where samples come from.
     pub driver: DriverKind,
@@ -117,6 +118,14 @@ pub struct Noise {
 }
 
 impl CameraModel {
+    /// Samples per second the IMU means to deliver. Real cameras were seen at 358 to 412 Hz, so a
+    /// lane measures the rate and takes this one only as the first guess.
+    pub const fn nominal_rate_hz(self) -> f64 {
+        match self {
+            Self::Zed2 | Self::Zed2i => 400.0,
+        }
+    }
+
     /// The default noise figures of the model.
     pub const fn noise(self) -> Noise {
         match self {
@@ -135,7 +144,7 @@ impl CameraModel {
 }
 
 /// Settings of the `replay` driver.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Replay {
     /// The recording, `.csv` or `.csv.zst`, relative to this configuration's directory.
@@ -144,6 +153,13 @@ pub struct Replay {
     pub speed: f64,
     /// Begin again at the end.
     pub repeat: bool,
+}
+
+impl Default for Replay {
+    /// Real speed, once; the file has no default.
+    fn default() -> Self {
+        Self { file: String::new(), speed: 1.0, repeat: false }
+    }
 }
 
 /// What a fault does to the stream.

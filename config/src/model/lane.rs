@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct SharedMemory {
     /// First part of the name of every file that iceoryx2 makes; consumers need the same.
     pub prefix: String,
-    /// Directory of iceoryx2's service and node files; consumers need the same.
+    /// Absolute directory of iceoryx2's service and node files; consumers need the same.
     pub root: String,
     /// Poses that a late or slow consumer still finds.
     pub pose_history: usize,
@@ -24,7 +24,8 @@ impl Default for SharedMemory {
     fn default() -> Self {
         Self {
             prefix: "lodestone_".into(),
-            root: "/tmp/lodestone/".into(),
+            // Not under /tmp: cleaners delete the files that make a service findable.
+            root: "/dev/shm/lodestone/".into(),
             pose_history: 512,
             max_subscribers: 16,
             wake_events: false,

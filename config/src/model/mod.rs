@@ -1,5 +1,8 @@
 //! The configuration as types. Every field carries its unit in its name; ranges and meanings of
-//! all keys stand in one table that `lodestoned check --explain` prints.
+//! all keys stand in one table, [`crate::keys`], that `lodestoned check --explain` prints.
+//!
+//! The types alone check only names and types of keys. Use [`Config::load`] or
+//! [`Config::from_toml`], which check every value.
 
 mod camera;
 mod estimator;
@@ -29,7 +32,7 @@ pub struct Config {
     pub lane: Lane,
     /// The filter, one set of parameters for all cameras.
     pub estimator: Estimator,
-    /// The cameras.
+    /// The cameras, at least one.
     pub camera: Vec<Camera>,
 }
 

@@ -19,15 +19,15 @@ pub enum TrajectoryKind {
     Car,
 }
 
-/// One synthetic camera.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// One synthetic camera. Its sensor axes are those of a ZED 2.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Synthetic {
     /// How the camera moves.
     pub trajectory: TrajectoryKind,
     /// Rest before the motion begins, s.
     pub rest_s: f64,
-    /// Seed of everything random.
+    /// Seed of everything random; the same seed gives the same samples.
     pub seed: u64,
     /// 1 is real speed; 0 as fast as it goes.
     pub speed: f64,
@@ -41,6 +41,23 @@ pub struct Synthetic {
     pub disturbance: Vec<Disturbance>,
     /// What happens to samples on their way.
     pub transport: Transport,
+}
+
+impl Default for Synthetic {
+    /// A walk at real speed without end, after a rest that is long enough to align in.
+    fn default() -> Self {
+        Self {
+            trajectory: TrajectoryKind::default(),
+            rest_s: 3.0,
+            seed: 0,
+            speed: 1.0,
+            duration_s: 0.0,
+            errors: SensorErrors::default(),
+            distortion: MagneticDistortion::default(),
+            disturbance: Vec::new(),
+            transport: Transport::default(),
+        }
+    }
 }
 
 /// Errors of the sensors; noise densities and random walks are the camera's noise figures.
@@ -80,15 +97,16 @@ impl Default for SensorErrors {
     }
 }
 
-/// Constant distortion of the magnetometer.
+/// Constant distortion of the magnetometer: it reads `S B + h + k (T - 25 °C)`, where `B` is the
+/// earth's field in the sensor frame. A calibration that undoes it has `C = S⁻¹` and `b0 = h`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MagneticDistortion {
-    /// Hard iron in the sensor frame, µT.
+    /// Hard iron `h` in the sensor frame, µT.
     pub hard_iron_ut: [f64; 3],
-    /// Soft iron in the sensor frame, row by row; identity is none.
+    /// Soft iron `S` in the sensor frame, row by row; identity is none.
     pub soft_iron: [[f64; 3]; 3],
-    /// Hard iron per kelvin away from 25 °C, µT/K.
+    /// Hard iron `k` per kelvin away from 25 °C, µT/K.
     pub temperature_ut_k: [f64; 3],
 }
 
@@ -106,7 +124,7 @@ impl Default for MagneticDistortion {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Disturbance {
-    /// When it begins, s.
+    /// When it begins, s after the first sample.
     pub at_s: f64,
     /// How long it lasts, s.
     pub duration_s: f64,

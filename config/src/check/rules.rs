@@ -1,0 +1,151 @@
+//! Rules between keys, each a function of its own.
+
+use std::collections::BTreeMap;
+
+use super::report::Report;
+use crate::model::{Camera, Config, DriverKind, Lane, SharedMemory};
+
+/// Most poses in the pool of one camera's service: about 120 MB of shared memory.
+const MAX_POOL: usize = 262_144;
+
+/// Checks all rules between the keys of a configuration.
+pub(crate) fn check(config: &Config, report: &mut Report) {
+    some_camera(config, report);
+    unique_names(&config.camera, report);
+    unique_serials(&config.camera, report);
+    pool_fits(&config.shared_memory, report);
+    limits_in_order(&config.lane, report);
+    limits_above_step(&config.lane, report);
+    for (index, camera) in config.camera.iter().enumerate() {
+        let place = format!("camera[{index}]");
+        serial_where_needed(camera, &place, report);
+        section_of_driver(camera, &place, report);
+        events_before_end(camera, &place, report);
+    }
+}
+
+fn some_camera(config: &Config, report: &mut Report) {
+    if config.camera.is_empty() {
+        let problem = "no camera is configured".into();
+        report.conflict("camera", &[], problem, "at least one table headed [[camera]]");
+    }
+}
+
+fn unique_names(cameras: &[Camera], report: &mut Report) {
+    let mut seen = BTreeMap::new();
+    for (index, camera) in cameras.iter().enumerate() {
+        let place = format!("camera[{index}].name");
+        if let Some(first) = seen.insert(&camera.name, place.clone()) {
+            let line = report.line(&first);
+            let problem = format!("\"{}\" is also the name of the camera in line {line}", camera.name);
+            report.conflict(&place, &[&first], problem, "a different name for each camera");
+        }
+    }
+}
+
+fn unique_serials(cameras: &[Camera], report: &mut Report) {
+    let mut seen = BTreeMap::new();
+    for (index, camera) in cameras.iter().enumerate().filter(|(_, camera)| camera.serial != 0) {
+        let place = format!("camera[{index}].serial");
+        if let Some(first) = seen.insert(camera.serial, place.clone()) {
+            let line = report.line(&first);
+            let problem = format!("{} is also the serial number in line {line}", camera.serial);
+            report.conflict(&place, &[&first], problem, "a different serial for each camera");
+        }
+    }
+}
+
+/// iceoryx2 sets memory aside for every consumer's buffer and for the history itself.
+fn pool_fits(shared_memory: &SharedMemory, report: &mut Report) {
+    let pool = shared_memory.pose_history.saturating_mul(shared_memory.max_subscribers + 1);
+    if pool > MAX_POOL {
+        let problem = format!("with max_subscribers it needs room for {pool} poses of each camera");
+        let allowed = format!("pose_history × (max_subscribers + 1) up to {MAX_POOL}");
+        let others = ["shared_memory.max_subscribers"];
+        report.conflict("shared_memory.pose_history", &others, problem, &allowed);
+    }
+}
+
+fn limits_in_order(lane: &Lane, report: &mut Report) {
+    let limits = [
+        ("lane.bridge_limit_s", lane.bridge_limit_s),
+        ("lane.stale_after_s", lane.stale_after_s),
+    ];
+    for (key, limit_s) in limits {
+        if limit_s > lane.reset_after_s {
+            let problem = format!("{limit_s} is longer than reset_after_s, {}", lane.reset_after_s);
+            report.conflict(key, &["lane.reset_after_s"], problem, "at most lane.reset_after_s");
+        }
+    }
+}
+
+fn limits_above_step(lane: &Lane, report: &mut Report) {
+    let Some(step_rate_hz) = lane.step_rate_hz else { return };
+    let limits = [
+        ("lane.bridge_limit_s", lane.bridge_limit_s),
+        ("lane.stale_after_s", lane.stale_after_s),
+    ];
+    for (key, limit_s) in limits {
+        if limit_s * step_rate_hz < 1.0 {
+            let problem = format!("{limit_s} is shorter than a step at {step_rate_hz} Hz");
+            report.conflict(key, &["lane.step_rate_hz"], problem, "at least 1 / step_rate_hz");
+        }
+    }
+}
+
+fn serial_where_needed(camera: &Camera, place: &str, report: &mut Report) {
+    let reason = if camera.driver == DriverKind::Zed2 {
+        "driver \"zed2\" finds the camera by it"
+    } else if camera.calibration.is_some() {
+        "the calibration file is bound to it"
+    } else {
+        return;
+    };
+    if camera.serial == 0 {
+        let problem = format!("is missing, and {reason}");
+        let driver = format!("{place}.driver");
+        let allowed = "the number printed on the camera, a whole number from 1";
+        report.conflict(&format!("{place}.serial"), &[&driver], problem, allowed);
+    }
+}
+
+fn section_of_driver(camera: &Camera, place: &str, report: &mut Report) {
+    let driver = format!("{place}.driver");
+    let (synthetic, replay) = (format!("{place}.synthetic"), format!("{place}.replay"));
+    if camera.driver == DriverKind::Replay && camera.replay.is_none() {
+        let problem = "driver \"replay\" needs a recording".into();
+        report.conflict(&replay, &[&driver], problem, "a table [camera.replay] with the key file");
+    }
+    let sections = [
+        (DriverKind::Synthetic, "synthetic", synthetic, camera.synthetic.is_some()),
+        (DriverKind::Replay, "replay", replay, camera.replay.is_some()),
+    ];
+    for (kind, name, section, present) in sections {
+        if present && camera.driver != kind {
+            let problem = format!("the driver of camera \"{}\" is another one", camera.name);
+            let allowed = format!("this table only with driver = \"{name}\"");
+            report.conflict(&section, &[&driver], problem, &allowed);
+        }
+    }
+}
+
+/// What begins after the source has ended never happens: a test would pass without its fault.
+fn events_before_end(camera: &Camera, place: &str, report: &mut Report) {
+    let Some(synthetic) = &camera.synthetic else { return };
+    let end_s = synthetic.duration_s;
+    let end = format!("{place}.synthetic.duration_s");
+    if end_s == 0.0 {
+        return;
+    }
+    let faults = camera.fault.iter().map(|fault| fault.at_s).zip(0..);
+    let faults = faults.map(|(at_s, index)| (at_s, format!("{place}.fault[{index}].at_s")));
+    let disturbances = synthetic.disturbance.iter().map(|disturbance| disturbance.at_s).zip(0..);
+    let disturbances = disturbances
+        .map(|(at_s, index)| (at_s, format!("{place}.synthetic.disturbance[{index}].at_s")));
+    for (at_s, key) in faults.chain(disturbances) {
+        if at_s >= end_s {
+            let problem = format!("{at_s} is after the end of the source at {end_s} s");
+            report.conflict(&key, &[&end], problem, "less than camera.synthetic.duration_s");
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! A valid configuration in a few lines.
+
+use std::fmt::Write;
+
+use crate::model::{Camera, Config, DriverKind, Lane, North, Replay, Synthetic, Threads, World};
+
+impl Config {
+    /// What this configuration will run: the world, the lane, and one line for each camera.
+    pub fn summary(&self) -> String {
+        let mut out = String::new();
+        let plural = if self.camera.len() == 1 { "" } else { "s" };
+        let _ = writeln!(out, "{} camera{plural}", self.camera.len());
+        let width = self.camera.iter().map(|camera| camera.name.len()).max().unwrap_or(0);
+        for camera in &self.camera {
+            let _ = writeln!(out, "  {:width$}  {}", camera.name, describe(camera));
+        }
+        let _ = writeln!(out, "world   {}", describe_world(&self.world));
+        let _ = writeln!(out, "lane    {}", describe_lane(&self.lane));
+        let shm = &self.shared_memory;
+        let _ = writeln!(
+            out,
+            "memory  prefix {}, root {}, {} poses of history, up to {} subscribers",
+            shm.prefix, shm.root, shm.pose_history, shm.max_subscribers
+        );
+        out
+    }
+}
+
+fn describe(camera: &Camera) -> String {
+    let mut parts = vec![describe_source(camera)];
+    if camera.serial != 0 {
+        parts.push(format!("serial {}", camera.serial));
+    }
+    match &camera.calibration {
+        Some(file) => parts.push(format!("calibration {file}")),
+        None if camera.driver == DriverKind::Zed2 => parts.push("not calibrated".into()),
+        None => {}
+    }
+    match camera.fault.len() {
+        0 => {}
+        1 => parts.push("1 fault injected".into()),
+        count => parts.push(format!("{count} faults injected")),
+    }
+    parts.join(", ")
+}
+
+fn describe_source(camera: &Camera) -> String {
+    let nominal_rate_hz = camera.model.nominal_rate_hz();
+    match camera.driver {
+        DriverKind::Zed2 => format!("zed2, {nominal_rate_hz} Hz nominal"),
+        DriverKind::Synthetic => {
+            let synthetic = camera.synthetic.clone().unwrap_or_default();
+            describe_synthetic(&synthetic, nominal_rate_hz)
+        }
+        DriverKind::Replay => describe_replay(&camera.replay.clone().unwrap_or_default()),
+    }
+}
+
+fn describe_synthetic(synthetic: &Synthetic, nominal_rate_hz: f64) -> String {
+    let rate_hz = nominal_rate_hz * (1.0 + synthetic.transport.rate_error);
+    let trajectory = toml::Value::try_from(synthetic.trajectory);
+    let trajectory = trajectory.ok().and_then(|word| word.as_str().map(String::from));
+    let end = if synthetic.duration_s > 0.0 {
+        format!(", ends after {} s", synthetic.duration_s)
+    } else {
+        String::new()
+    };
+    format!(
+        "synthetic {}, seed {}, {rate_hz:.1} Hz, {}{end}",
+        trajectory.unwrap_or_default(),
+        synthetic.seed,
+        describe_speed(synthetic.speed)
+    )
+}
+
+fn describe_replay(replay: &Replay) -> String {
+    let repeat = if replay.repeat { ", repeated" } else { "" };
+    let speed = describe_speed(replay.speed);
+    format!("replay of {}, rate of the recording, {speed}{repeat}", replay.file)
+}
+
+fn describe_speed(speed: f64) -> String {
+    if speed == 0.0 {
+        "as fast as it goes".into()
+    } else if (speed - 1.0).abs() < f64::EPSILON {
+        "real speed".into()
+    } else {
+        format!("{speed} times real speed")
+    }
+}
+
+fn describe_world(world: &World) -> String {
+    let north = match world.north {
+        North::Magnetic => "magnetic",
+        North::True => "true",
+    };
+    format!(
+        "y to {north} north, at {}°, {}°, {} m",
+        world.latitude_deg, world.longitude_deg, world.altitude_m
+    )
+}
+
+fn describe_lane(lane: &Lane) -> String {
+    let rate = match lane.step_rate_hz {
+        Some(rate_hz) => format!("{rate_hz} steps/s"),
+        None => "steps at the source's nominal rate".into(),
+    };
+    let threads = match lane.threads {
+        Threads::One => "one thread",
+        Threads::Two => "two threads",
+    };
+    format!(
+        "{rate}, {threads}, bridges {} s, stale after {} s, new start after {} s",
+        lane.bridge_limit_s, lane.stale_after_s, lane.reset_after_s
+    )
+}
