@@ -1,1 +1,82 @@
-//! x
+//! Lodestone for consumers: where was this camera, and which way did it look?
+//!
+//! A consumer connects to the shared memory of the daemon on the same computer, follows the poses
+//! of a camera and asks for the time stamp of an image or a cloud:
+//!
+//! ```no_run
+//! use lodestone_client::{Client, Time, body_from_optical_axes};
+//!
+//! let client = Client::connect()?;
+//! let mut poses = client.poses("front")?;
+//! # let image_time_ns = 0;
+//! # let mut cloud: Vec<[f32; 3]> = Vec::new();
+//! let pose = poses.lookup(Time::Unix(image_time_ns))?;
+//! let world_from_optical = pose.world_from_body()? * body_from_optical_axes();
+//! world_from_optical.apply_to_cloud(&mut cloud);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! * [`Client`] names the place in shared memory and opens streams; it needs no running daemon.
+//! * [`PoseStream`] gives poses as they come, and keeps a [`History`] for lookups in the past
+//!   (interpolated) and shortly ahead (predicted). It survives a restart of the daemon by itself.
+//! * [`HealthStream`] and [`SampleStream`] follow a lane's health and its calibrated samples.
+//! * [`CameraPose`] is a pose that was checked: what is unknown is `None`, never zero or `NaN`.
+//! * [`Rotation`] and [`Transform`] carry their frames in their types, so that they compose only
+//!   where the frames meet.
+//!
+//! Frames: [`World`] is east, north, up; [`Body`] is the camera's IMU frame (x forward, y left,
+//! z up); [`Optical`] is the left optical frame (x right, y down, z forward). Units are SI, angles
+//! in rad, times in ns.
+//!
+//! # Threads
+//!
+//! A [`Client`] is cheap to clone and may be sent to other threads; a stream stays on the thread
+//! that made it. For several threads, give each a clone of the client and let it open its own.
+//!
+//! # Log
+//!
+//! The transport reports through `tracing`. A program that installs a subscriber can silence it
+//! with the target filter `iceoryx2_bb_loggers=off`.
+#![forbid(unsafe_code)]
+
+mod batch;
+mod client;
+mod covariance;
+mod error;
+mod frame;
+mod health;
+mod history;
+mod interpolate;
+mod limits;
+mod message;
+mod pace;
+mod pose;
+mod pose_stream;
+mod predict;
+mod sample;
+mod stream;
+mod subscription;
+mod time;
+mod track;
+mod transform;
+
+pub use batch::Batch;
+pub use client::{Client, ClientBuilder, PREFIX_VARIABLE, ROOT_VARIABLE};
+pub use error::{CameraNameError, ConnectError, LookupError, MessageError, NotValid, StreamError};
+pub use frame::{Body, Frame, Optical, Rotation, World};
+pub use health::LaneHealth;
+pub use history::History;
+pub use limits::{LookupLimits, PredictionNoise};
+pub use lodestone_schema::transport::{Availability, Domain, DomainError, OpenError};
+pub use lodestone_schema::{
+    CalibratedSample, HeadingSource, Health, LaneState, Pose, PositionSource, SampleFlags, Status,
+    Validity,
+};
+pub use message::Message;
+pub use pose::{CameraPose, Heading, Origin};
+pub use pose_stream::{PoseStream, PoseStreamBuilder};
+pub use sample::Sample;
+pub use stream::{HealthStream, SampleStream, Stream};
+pub use time::{Time, monotonic_now_ns};
+pub use track::Counts;
+pub use transform::{LengthMismatch, Transform, body_from_optical_axes};

@@ -1,0 +1,123 @@
+//! The health of a lane, checked.
+
+use core::time::Duration;
+
+use lodestone_schema::{
+    HeadingSource, Health, LaneState, PositionSource, ServiceKind, Status, Validity,
+};
+
+use crate::error::MessageError;
+use crate::message::Message;
+
+/// The health of one lane: state, rates and counters.
+///
+/// Numbers that are not known are `None`; counters are read from [`LaneHealth::message`].
+///
+/// ```
+/// use lodestone_client::{Health, LaneHealth, LaneState, MessageError};
+///
+/// fn show(message: Health) -> Result<(), MessageError> {
+///     let health = LaneHealth::try_from(message)?;
+///     if health.state() == LaneState::Degraded {
+///         println!("{} samples lost", health.message().samples_lost);
+///     }
+///     Ok(())
+/// }
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaneHealth {
+    message: Health,
+    state: LaneState,
+    heading_source: HeadingSource,
+    position_source: PositionSource,
+}
+
+impl TryFrom<Health> for LaneHealth {
+    type Error = MessageError;
+
+    fn try_from(message: Health) -> Result<Self, MessageError> {
+        let unknown = |field, code| MessageError::UnknownCode { field, code };
+        let state =
+            LaneState::from_code(message.state).ok_or_else(|| unknown("state", message.state))?;
+        let heading_source = HeadingSource::from_code(message.heading_source)
+            .ok_or_else(|| unknown("heading_source", message.heading_source))?;
+        let position_source = PositionSource::from_code(message.position_source)
+            .ok_or_else(|| unknown("position_source", message.position_source))?;
+        Ok(Self { message, state, heading_source, position_source })
+    }
+}
+
+impl Message for LaneHealth {
+    type Raw = Health;
+    const KIND: ServiceKind = ServiceKind::Health;
+    const SILENCE: Duration = Duration::from_secs(5);
+
+    fn sequence(raw: &Health) -> u64 {
+        raw.sequence
+    }
+
+    fn time_ns(raw: &Health) -> i64 {
+        raw.time_ns
+    }
+}
+
+/// Declares an accessor that turns `NaN` and infinity into `None`.
+macro_rules! known {
+    ($($(#[$doc:meta])* $name:ident),+ $(,)?) => {$(
+        $(#[$doc])*
+        pub fn $name(&self) -> Option<f64> {
+            Some(self.message.$name).filter(|value| value.is_finite())
+        }
+    )+};
+}
+
+impl LaneHealth {
+    /// The message, with all counters.
+    pub const fn message(&self) -> &Health {
+        &self.message
+    }
+
+    /// What the lane is doing.
+    pub const fn state(&self) -> LaneState {
+        self.state
+    }
+
+    /// What the lane says about its latest pose.
+    pub const fn status(&self) -> Status {
+        Status::from_bits_truncate(self.message.status)
+    }
+
+    /// Which fields of the latest pose are known.
+    pub const fn validity(&self) -> Validity {
+        Validity::from_bits_truncate(self.message.validity)
+    }
+
+    /// Where the heading comes from.
+    pub const fn heading_source(&self) -> HeadingSource {
+        self.heading_source
+    }
+
+    /// Where the position comes from.
+    pub const fn position_source(&self) -> PositionSource {
+        self.position_source
+    }
+
+    known! {
+        /// Samples per second over the last interval.
+        sample_rate_hz,
+        /// Poses per second over the last interval.
+        pose_rate_hz,
+        /// Median of arrival to published, s.
+        latency_p50_s,
+        /// 99th percentile of arrival to published, s.
+        latency_p99_s,
+        /// Temperature of the IMU, °C.
+        temperature_c,
+        /// Standard deviation of the heading, rad.
+        heading_sigma_rad,
+        /// Norm of the last magnetometer reading, µT.
+        magnetic_norm_ut,
+        /// Rate of the sensor clock against `CLOCK_MONOTONIC`, minus one.
+        clock_drift,
+    }
+}
