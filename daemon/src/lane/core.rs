@@ -1,0 +1,200 @@
+//! The part of a lane that depends on its readings alone: same readings in, same bits out.
+
+use lodestone_fusion::{
+    Accepted, Estimate, Estimator, Grid, ImuSample, Parameters, Refusal, SensorSpan, SensorTime,
+    Waiting,
+};
+
+use super::{Conditioner, LaneSettings};
+use crate::reading::Reading;
+
+/// How far the filter is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Phase {
+    /// No pose yet, for this reason.
+    Aligning(Waiting),
+    /// Poses come.
+    Running,
+}
+
+/// What one step of the grid brought.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepOutput {
+    /// The step's end.
+    pub time: SensorTime,
+    /// The pose, once aligned.
+    pub estimate: Option<Estimate>,
+    /// How far the filter is.
+    pub phase: Phase,
+    /// The step rests on interpolation over lost samples.
+    pub bridged: bool,
+    /// A sensor was at the end of its range.
+    pub saturated: bool,
+    /// A long gap was crossed and the filter has not recovered from it.
+    pub degraded: bool,
+}
+
+/// What became of a reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Taken {
+    /// The reading in the body frame, calibrated.
+    pub sample: ImuSample,
+    /// Why it was not used.
+    pub refusal: Option<Refusal>,
+}
+
+/// What the core counted since it was made. Nothing decreases.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CoreCounts {
+    /// Readings taken or refused.
+    pub readings: u64,
+    /// Samples missing by their time stamps.
+    pub lost: u64,
+    /// Steps that rest on interpolation over lost samples.
+    pub bridged: u64,
+    /// Readings whose time stamp repeats.
+    pub duplicates: u64,
+    /// Readings whose time stamp runs backwards.
+    pub out_of_order: u64,
+    /// Readings with values that are not finite or not believable.
+    pub invalid: u64,
+    /// Times the filter began anew.
+    pub resets: u32,
+}
+
+/// Standard deviations up to which a filter that crossed a gap counts as recovered.
+const RECOVERED_TILT_RAD: f64 = 0.05;
+const RECOVERED_HEADING_RAD: f64 = 0.2;
+
+/// One camera's lane without its surroundings.
+#[derive(Clone, Debug)]
+pub struct Core {
+    conditioner: Conditioner,
+    grid: Grid,
+    estimator: Estimator,
+    parameters: Parameters,
+    reset_after: SensorSpan,
+    epoch: Option<u32>,
+    degraded: bool,
+    phase: Phase,
+    counts: CoreCounts,
+}
+
+impl Core {
+    /// A core that waits for its first reading.
+    pub fn new(settings: &LaneSettings) -> Self {
+        Self {
+            conditioner: settings.conditioner.clone(),
+            grid: Grid::new(settings.grid),
+            estimator: Estimator::new(settings.estimator),
+            parameters: settings.estimator,
+            reset_after: settings.timing.reset_after,
+            epoch: None,
+            degraded: false,
+            phase: Phase::Aligning(Waiting::Collecting),
+            counts: CoreCounts::default(),
+        }
+    }
+
+    /// Takes one reading and hands each grid step that it completes to `on_step`, in order.
+    pub fn take(&mut self, reading: &Reading, mut on_step: impl FnMut(&StepOutput)) -> Taken {
+        self.counts.readings += 1;
+        self.follow_epoch(reading.epoch);
+        let sample = self.conditioner.condition(reading);
+        match self.grid.push(sample) {
+            Ok(accepted) => self.account(accepted),
+            Err(refusal) => {
+                self.count_refusal(refusal);
+                return Taken { sample, refusal: Some(refusal) };
+            }
+        }
+        while let Some(step) = self.grid.next_step() {
+            self.counts.bridged += u64::from(step.bridged);
+            let report = self.estimator.step(&step);
+            self.phase = report.waiting.map_or(Phase::Running, Phase::Aligning);
+            let estimate = self.estimator.estimate();
+            self.degraded = self.degraded && !estimate.as_ref().is_some_and(recovered);
+            on_step(&StepOutput {
+                time: step.time,
+                estimate,
+                phase: self.phase,
+                bridged: step.bridged,
+                saturated: step.saturated,
+                degraded: self.degraded,
+            });
+        }
+        Taken { sample, refusal: None }
+    }
+
+    /// The pose at the last reading taken: the last step's, carried on over the remainder.
+    pub fn at_last_reading(&self) -> Option<Estimate> {
+        self.estimator.estimate_ahead(&self.grid.remainder())
+    }
+
+    /// How far the filter is.
+    pub const fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Whether a long gap was crossed and the filter has not recovered from it.
+    pub const fn is_degraded(&self) -> bool {
+        self.degraded
+    }
+
+    /// Whether a calibration of this camera is applied.
+    pub const fn is_calibrated(&self) -> bool {
+        self.conditioner.is_calibrated()
+    }
+
+    /// What was counted so far.
+    pub const fn counts(&self) -> CoreCounts {
+        self.counts
+    }
+
+    /// A source that was opened again has a new clock: how long it was away is not known here, so
+    /// the filter starts anew.
+    fn follow_epoch(&mut self, epoch: u32) {
+        let before = self.epoch.replace(epoch);
+        if before.is_some_and(|before| before != epoch) {
+            self.grid.reset();
+            self.reset();
+        }
+    }
+
+    fn account(&mut self, accepted: Accepted) {
+        match accepted {
+            Accepted::First => {}
+            Accepted::Continued { lost } => self.counts.lost += lost,
+            Accepted::Gap { span, lost } => {
+                self.counts.lost += lost;
+                if span > self.reset_after {
+                    self.reset();
+                } else {
+                    self.estimator.cross_gap(span);
+                    self.degraded = true;
+                }
+            }
+        }
+    }
+
+    fn reset(&mut self) {
+        self.estimator = Estimator::new(self.parameters);
+        self.phase = Phase::Aligning(Waiting::Collecting);
+        self.degraded = false;
+        self.counts.resets += 1;
+    }
+
+    const fn count_refusal(&mut self, refusal: Refusal) {
+        match refusal {
+            Refusal::Duplicate => self.counts.duplicates += 1,
+            Refusal::OutOfOrder => self.counts.out_of_order += 1,
+            Refusal::NotFinite | Refusal::OutOfRange => self.counts.invalid += 1,
+        }
+    }
+}
+
+fn recovered(estimate: &Estimate) -> bool {
+    let variance = estimate.orientation_covariance;
+    let tilt = variance.x_axis.x.max(variance.y_axis.y).sqrt();
+    tilt < RECOVERED_TILT_RAD && variance.z_axis.z.sqrt() < RECOVERED_HEADING_RAD
+}

@@ -1,0 +1,21 @@
+//! One camera's lane: from a reading to a pose.
+//!
+//! ```text
+//! Reading ─> Conditioner ─> Grid ─> Estimator ─> Estimate ─> message
+//!            axes, calibration      (lodestone-fusion)
+//! ```
+//!
+//! [`Core`] is all of it that depends on the readings alone; replaying a recording and running
+//! live differ only in what surrounds it ([`Worker`] for a live lane).
+
+mod conditioner;
+mod core;
+mod message;
+mod settings;
+mod worker;
+
+pub use conditioner::Conditioner;
+pub use core::{Core, CoreCounts, Phase, StepOutput, Taken};
+pub use message::{pose_row, sample_message, status_of, validity_of};
+pub use settings::{LaneSettings, Timing};
+pub use worker::{Published, Worker};

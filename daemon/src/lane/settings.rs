@@ -1,0 +1,108 @@
+//! What a lane needs of the configuration, in the estimator's terms.
+
+use std::time::Duration;
+
+use lodestone_config::Calibration;
+use lodestone_config::model::{
+    AxisMap, Camera, Config, DriverKind, HeadingMode as Mode, Noise, SignedAxis, ValidityBounds,
+};
+use lodestone_fusion::{GridParameters, HeadingMode, Parameters, SensorNoise, SensorSpan};
+
+use super::Conditioner;
+
+/// How a lane reacts to silence and gaps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Timing {
+    /// Silence after which a pose is marked stale.
+    pub stale_after: Duration,
+    /// Gap after which the filter starts anew.
+    pub reset_after: SensorSpan,
+}
+
+/// Everything one lane is made from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaneSettings {
+    /// Index of the camera in the configuration.
+    pub camera_id: u32,
+    /// Name of the camera.
+    pub camera: String,
+    /// Sensor axes and calibration.
+    pub conditioner: Conditioner,
+    /// The time grid.
+    pub grid: GridParameters,
+    /// The filter.
+    pub estimator: Parameters,
+    /// When values are called valid.
+    pub validity: ValidityBounds,
+    /// Silence and gaps.
+    pub timing: Timing,
+}
+
+impl LaneSettings {
+    /// The settings of one camera whose source delivers samples at a nominal rate.
+    pub fn new(
+        config: &Config,
+        camera_id: usize,
+        camera: &Camera,
+        calibration: Option<&Calibration>,
+        nominal_rate_hz: f64,
+    ) -> Self {
+        let lane = &config.lane;
+        let step_rate_hz = lane.step_rate_hz.unwrap_or(nominal_rate_hz);
+        Self {
+            camera_id: camera_id as u32,
+            camera: camera.name.clone(),
+            conditioner: Conditioner::new(axes_of(camera), calibration),
+            grid: GridParameters {
+                sample_interval: SensorSpan::from_secs_f64(1.0 / nominal_rate_hz),
+                bridge_limit: SensorSpan::from_secs_f64(lane.bridge_limit_s),
+                ..GridParameters::at_rate(step_rate_hz)
+            },
+            estimator: parameters_of(config, camera),
+            validity: config.estimator.validity,
+            timing: Timing {
+                stale_after: Duration::from_secs_f64(lane.stale_after_s),
+                reset_after: SensorSpan::from_secs_f64(lane.reset_after_s),
+            },
+        }
+    }
+}
+
+/// Recordings are in body axes already.
+fn axes_of(camera: &Camera) -> AxisMap {
+    match camera.driver {
+        DriverKind::Replay => AxisMap([SignedAxis::PlusX, SignedAxis::PlusY, SignedAxis::PlusZ]),
+        DriverKind::Zed2 | DriverKind::Synthetic => camera.axis_map,
+    }
+}
+
+fn parameters_of(config: &Config, camera: &Camera) -> Parameters {
+    let defaults = Parameters::default();
+    Parameters {
+        noise: noise_of(camera.noise.unwrap_or_else(|| camera.model.noise()), defaults.noise),
+        heading: match config.estimator.heading {
+            Mode::Continuous => HeadingMode::Continuous,
+            Mode::Adaptive => HeadingMode::Adaptive,
+            Mode::InitialOnly => HeadingMode::InitialOnly,
+        },
+        alignment: lodestone_fusion::AlignmentParameters {
+            rest_s: config.estimator.alignment_rest_s,
+            ..defaults.alignment
+        },
+        ..defaults
+    }
+}
+
+/// What the configuration does not name stays as the estimator has it.
+const fn noise_of(noise: Noise, rest: SensorNoise) -> SensorNoise {
+    SensorNoise {
+        gyro_density: noise.gyro_density_rad_s_rthz,
+        gyro_bias_walk: noise.gyro_bias_walk_rad_s2_rthz,
+        gyro_bias_sigma: noise.gyro_bias_sigma_rad_s,
+        accel_density: noise.accel_density_m_s2_rthz,
+        accel_bias_walk: noise.accel_bias_walk_m_s3_rthz,
+        accel_bias_sigma: noise.accel_bias_sigma_m_s2,
+        mag_sigma_ut: noise.mag_sigma_ut,
+        ..rest
+    }
+}
