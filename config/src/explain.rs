@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use serde::Serialize;
-use toml::Value;
-use toml::de::DeValue;
+use serde::de::DeserializeOwned;
+use toml::{Table, Value};
 
-use crate::keys::{CALIBRATION, CONFIG, Key, Schema, Section, Shape, join};
-use crate::model::{Camera, CameraModel, Config, Replay, Synthetic};
+use crate::calibration::Calibration;
+use crate::keys::{CALIBRATION, CONFIG, Key, Schema, Section, Shape, join, split};
+use crate::model::{CameraModel, Config};
 
 /// Width of the text, columns.
 const WIDTH: usize = 96;
@@ -42,7 +43,7 @@ pub fn keys() -> Vec<KeyInfo> {
 
 /// Every key of a calibration file.
 pub fn calibration_keys() -> Vec<KeyInfo> {
-    infos(&CALIBRATION, &BTreeMap::new())
+    infos(&CALIBRATION, &defaults_of::<Calibration>(&CALIBRATION))
 }
 
 /// Every key of a configuration with unit, default, range and meaning, as text of 96 columns.
@@ -50,9 +51,9 @@ pub fn explain() -> String {
     format!("{INTRODUCTION}{}", sections(&CONFIG, &config_defaults()))
 }
 
-/// Every key of a calibration file with unit, range and meaning, as text of 96 columns.
+/// Every key of a calibration file with unit, default, range and meaning, as text of 96 columns.
 pub fn explain_calibration() -> String {
-    sections(&CALIBRATION, &BTreeMap::new())
+    sections(&CALIBRATION, &defaults_of::<Calibration>(&CALIBRATION))
 }
 
 fn infos(schema: &Schema, defaults: &BTreeMap<String, Value>) -> Vec<KeyInfo> {
@@ -65,7 +66,7 @@ fn infos(schema: &Schema, defaults: &BTreeMap<String, Value>) -> Vec<KeyInfo> {
 fn info(section: &Section, key: &Key, defaults: &BTreeMap<String, Value>) -> KeyInfo {
     let path = join(section.path, key.name);
     KeyInfo {
-        default: defaults.get(&path).and_then(|value| shown_default(key, value)),
+        default: defaults.get(&path).map(ToString::to_string),
         key: path,
         unit: key.unit,
         required: key.required,
@@ -74,36 +75,44 @@ fn info(section: &Section, key: &Key, defaults: &BTreeMap<String, Value>) -> Key
     }
 }
 
-/// A default as text, unless it stands for "not set" and could not be written in a file.
-fn shown_default(key: &Key, value: &Value) -> Option<String> {
-    let text = value.to_string();
-    let parsed = DeValue::parse(&text).ok()?;
-    key.kind.check(parsed.get_ref()).is_ok().then_some(text)
-}
-
-/// The defaults of all keys, read off the types.
+/// The defaults of all keys of a configuration; those of `camera.noise` are the model's figures.
 fn config_defaults() -> BTreeMap<String, Value> {
-    let camera = Camera {
-        noise: Some(CameraModel::default().noise()),
-        synthetic: Some(Synthetic::default()),
-        replay: Some(Replay::default()),
-        ..Camera::default()
-    };
-    let config = Config { camera: vec![camera], ..Config::default() };
-    let mut defaults = BTreeMap::new();
-    if let Ok(value) = Value::try_from(config) {
-        flatten(&CONFIG, "", value, &mut defaults);
+    let mut defaults = defaults_of::<Config>(&CONFIG);
+    if let Ok(noise) = Value::try_from(CameraModel::default().noise()) {
+        flatten(&CONFIG, "camera.noise", noise, &mut defaults);
     }
     defaults
 }
 
+/// The defaults of all keys that are not required, read off the types: what a file that says only
+/// what it must is understood to say.
+fn defaults_of<T: Serialize + DeserializeOwned>(schema: &Schema) -> BTreeMap<String, Value> {
+    let mut defaults = BTreeMap::new();
+    let least = schema.section("").map(|root| least(schema, root)).unwrap_or_default();
+    if let Some(value) = least.try_into::<T>().ok().and_then(|typed| Value::try_from(typed).ok()) {
+        flatten(schema, "", value, &mut defaults);
+    }
+    for section in schema.sections {
+        for key in section.keys.iter().filter(|key| key.required) {
+            defaults.remove(&join(section.path, key.name));
+        }
+    }
+    defaults
+}
+
+/// A table with every table in it once, but only the required keys.
+fn least(schema: &Schema, section: &Section) -> Table {
+    let mut table = section.required_stand_ins();
+    for child in schema.children(section.path) {
+        let inner = Value::Table(least(schema, child));
+        let value = if child.shape == Shape::List { Value::Array(vec![inner]) } else { inner };
+        table.insert(split(child.path).1.into(), value);
+    }
+    table
+}
+
 /// Puts every value that is not a table of keys under its dotted path.
-pub(crate) fn flatten(
-    schema: &Schema,
-    path: &str,
-    value: Value,
-    into: &mut BTreeMap<String, Value>,
-) {
+fn flatten(schema: &Schema, path: &str, value: Value, into: &mut BTreeMap<String, Value>) {
     let is_section = schema.section(path).is_some();
     match value {
         Value::Table(table) => {

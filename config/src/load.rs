@@ -49,6 +49,22 @@ impl Loaded {
         named.map(|file| Calibration::load(self.resolve(file), camera.serial)).transpose()
     }
 
+    /// Loads the calibrations of all cameras, in their order; `None` where none is named.
+    ///
+    /// # Errors
+    ///
+    /// Everything that is wrong with any of the files, at least one error.
+    pub fn calibrations(&self) -> Result<Vec<Option<Calibration>>, Vec<LoadError>> {
+        let (mut calibrations, mut errors) = (Vec::new(), Vec::new());
+        for camera in &self.config.camera {
+            match self.calibration(camera) {
+                Ok(calibration) => calibrations.push(calibration),
+                Err(error) => errors.push(error),
+            }
+        }
+        if errors.is_empty() { Ok(calibrations) } else { Err(errors) }
+    }
+
     /// The path of a camera's recording; `None` if it replays none.
     pub fn recording(&self, camera: &Camera) -> Option<PathBuf> {
         camera.replay.as_ref().map(|replay| self.resolve(&replay.file))
@@ -66,8 +82,8 @@ pub(crate) fn read_text(path: &Path) -> Result<String, LoadError> {
     }
     String::from_utf8(bytes).map_err(|error| {
         let offset = error.utf8_error().valid_up_to();
-        let breaks = error.as_bytes()[..offset].iter().filter(|&&byte| byte == b'\n').count();
-        LoadError::NotUtf8 { path: path.into(), line: breaks + 1, offset }
+        let line = error.as_bytes()[..offset].split(|&byte| byte == b'\n').count();
+        LoadError::NotUtf8 { path: path.into(), line, offset }
     })
 }
 

@@ -85,7 +85,8 @@ fn deserialise<T: DeserializeOwned>(
     }
 }
 
-/// After a syntax error the parser guesses; the values it guessed are not checked.
+/// After a syntax error the parser guesses: what it guessed is not checked, and of the errors that
+/// one slip causes in its line only the first is shown.
 fn syntax_errors(mut report: Report, errors: &[toml::de::Error]) -> ConfigErrors {
     for error in errors {
         let offset = error.span().map_or(0, |span| span.start);

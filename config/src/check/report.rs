@@ -21,7 +21,8 @@ pub(crate) struct Report {
 
 impl Report {
     pub(crate) fn new(file: &str, text: &str) -> Self {
-        let after_breaks = text.bytes().zip(1..).filter_map(|(b, next)| (b == b'\n').then_some(next));
+        let after_breaks =
+            text.bytes().zip(1..).filter_map(|(b, next)| (b == b'\n').then_some(next));
         Self {
             file: file.into(),
             line_starts: std::iter::once(0).chain(after_breaks).collect(),
@@ -50,10 +51,12 @@ impl Report {
         }
     }
 
-    /// A syntax error.
+    /// A syntax error; of errors in one line that follow each other only the first counts.
     pub(crate) fn syntax(&mut self, offset: usize, problem: String, allowed: &str) {
         let line = self.line_at(offset);
-        self.push(line, None, problem, allowed.into());
+        if self.errors.last().is_none_or(|last| last.line != line) {
+            self.push(line, None, problem, allowed.into());
+        }
     }
 
     /// A value that is missing or wrong by itself.
@@ -64,7 +67,13 @@ impl Report {
 
     /// Values that are each right, but not together. Says nothing if one of the values, or a table
     /// around it, was already found faulty.
-    pub(crate) fn conflict(&mut self, place: &str, others: &[&str], problem: String, allowed: &str) {
+    pub(crate) fn conflict(
+        &mut self,
+        place: &str,
+        others: &[&str],
+        problem: String,
+        allowed: &str,
+    ) {
         let known = std::iter::once(&place).chain(others).any(|place| self.is_faulty(place));
         if !known {
             self.push(self.line(place), Some(place), problem, allowed.into());

@@ -37,7 +37,8 @@ fn unique_names(cameras: &[Camera], report: &mut Report) {
         let place = format!("camera[{index}].name");
         if let Some(first) = seen.insert(&camera.name, place.clone()) {
             let line = report.line(&first);
-            let problem = format!("\"{}\" is also the name of the camera in line {line}", camera.name);
+            let problem =
+                format!("\"{}\" is also the name of the camera in line {line}", camera.name);
             report.conflict(&place, &[&first], problem, "a different name for each camera");
         }
     }
@@ -67,10 +68,8 @@ fn pool_fits(shared_memory: &SharedMemory, report: &mut Report) {
 }
 
 fn limits_in_order(lane: &Lane, report: &mut Report) {
-    let limits = [
-        ("lane.bridge_limit_s", lane.bridge_limit_s),
-        ("lane.stale_after_s", lane.stale_after_s),
-    ];
+    let limits =
+        [("lane.bridge_limit_s", lane.bridge_limit_s), ("lane.stale_after_s", lane.stale_after_s)];
     for (key, limit_s) in limits {
         if limit_s > lane.reset_after_s {
             let problem = format!("{limit_s} is longer than reset_after_s, {}", lane.reset_after_s);
@@ -81,10 +80,8 @@ fn limits_in_order(lane: &Lane, report: &mut Report) {
 
 fn limits_above_step(lane: &Lane, report: &mut Report) {
     let Some(step_rate_hz) = lane.step_rate_hz else { return };
-    let limits = [
-        ("lane.bridge_limit_s", lane.bridge_limit_s),
-        ("lane.stale_after_s", lane.stale_after_s),
-    ];
+    let limits =
+        [("lane.bridge_limit_s", lane.bridge_limit_s), ("lane.stale_after_s", lane.stale_after_s)];
     for (key, limit_s) in limits {
         if limit_s * step_rate_hz < 1.0 {
             let problem = format!("{limit_s} is shorter than a step at {step_rate_hz} Hz");

@@ -71,7 +71,7 @@ impl Walk<'_> {
         let problem = format!("is {}", type_name(value));
         let allowed = format!("a table, written {}", section.header());
         self.report.faulty(place, problem, allowed);
-        Value::Table(self.stand_in(section))
+        Value::Table(section.required_stand_ins())
     }
 
     fn list(&mut self, section: &Section, place: &str, value: &Spanned<DeValue<'_>>) -> Value {
@@ -102,11 +102,6 @@ impl Walk<'_> {
                 clean.insert(key.name.into(), key.kind.stand_in());
             }
         }
-    }
-
-    fn stand_in(&self, section: &Section) -> Table {
-        let required = section.keys.iter().filter(|key| key.required);
-        required.map(|key| (key.name.into(), key.kind.stand_in())).collect()
     }
 
     fn unknown(&mut self, section: &Section, name: &str, place: &str) {

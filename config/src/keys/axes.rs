@@ -66,11 +66,8 @@ mod tests {
             row
         };
         let [a, b, c] = axes.map(row);
-        let cross = [
-            b[1] * c[2] - b[2] * c[1],
-            b[2] * c[0] - b[0] * c[2],
-            b[0] * c[1] - b[1] * c[0],
-        ];
+        let cross =
+            [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
         a.iter().zip(cross).map(|(a, x)| a * x).sum()
     }
 

@@ -79,7 +79,9 @@ impl Kind {
             Self::SoftIron(_) => matrix::identity(),
             Self::Axes => axes::stand_in(),
             Self::Text(_) => Value::String(String::new()),
-            Self::Date => Value::Datetime(toml::value::Date { year: 2000, month: 1, day: 1 }.into()),
+            Self::Date => {
+                Value::Datetime(toml::value::Date { year: 2000, month: 1, day: 1 }.into())
+            }
         }
     }
 }
@@ -124,7 +126,8 @@ pub(crate) fn type_name(value: &DeValue<'_>) -> &'static str {
         DeValue::String(_) => "text",
         DeValue::Integer(_) => "a whole number",
         DeValue::Float(_) => "a number",
-        DeValue::Boolean(_) => "true or false",
+        DeValue::Boolean(true) => "true",
+        DeValue::Boolean(false) => "false",
         DeValue::Datetime(_) => "a date or time",
         DeValue::Array(_) => "a list",
         DeValue::Table(_) => "a table",

@@ -2,6 +2,7 @@
 
 mod axes;
 mod calibration;
+mod camera;
 mod config;
 mod kind;
 mod matrix;
@@ -86,6 +87,12 @@ impl Section {
     pub(crate) fn key(&self, name: &str) -> Option<&'static Key> {
         self.keys.iter().find(|key| key.name == name)
     }
+
+    /// The table with nothing but its required keys, each with a value that is allowed.
+    pub(crate) fn required_stand_ins(&self) -> toml::Table {
+        let required = self.keys.iter().filter(|key| key.required);
+        required.map(|key| (key.name.into(), key.kind.stand_in())).collect()
+    }
 }
 
 /// All tables of one kind of file, the root first.
@@ -103,7 +110,9 @@ impl Schema {
 
     /// The tables that stand directly in another one.
     pub(crate) fn children(&self, parent: &str) -> impl Iterator<Item = &'static Section> {
-        self.sections.iter().filter(move |child| split(child.path).0 == parent && !child.path.is_empty())
+        self.sections
+            .iter()
+            .filter(move |child| split(child.path).0 == parent && !child.path.is_empty())
     }
 
     /// Names of the keys and tables that may stand in a table.
@@ -130,10 +139,7 @@ pub(crate) fn split(path: &str) -> (&str, &str) {
 }
 
 /// The known name that a mistyped one comes nearest to, if any is near.
-pub(crate) fn nearest<'a>(
-    name: &str,
-    known: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // Where clap draws the line too: below it, proposals are more puzzling than helpful.
     const NEAR: f64 = 0.8;
     known

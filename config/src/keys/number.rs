@@ -21,9 +21,16 @@ pub(super) fn check(value: &DeValue<'_>, range: Range) -> Result<f64, String> {
 
 /// Takes a whole number from `min` to `max`.
 pub(super) fn check_whole(value: &DeValue<'_>, min: i64, max: i64) -> Result<i64, String> {
-    let integer = value.as_integer().ok_or_else(|| mismatch(value))?;
-    let number = whole(integer)?;
-    if (min..=max).contains(&number) { Ok(number) } else { Err(format!("{number} is out of range")) }
+    let number = match value {
+        DeValue::Integer(integer) => whole(integer)?,
+        DeValue::Float(float) => return Err(format!("{} is not a whole number", float.as_str())),
+        _ => return Err(mismatch(value)),
+    };
+    if (min..=max).contains(&number) {
+        Ok(number)
+    } else {
+        Err(format!("{number} is out of range"))
+    }
 }
 
 /// Takes a list of three numbers.

@@ -36,6 +36,7 @@ pub struct Camera {
     pub name: String,
     /// Serial number, the one printed on the camera; unique. 0 stands for none, which only the
     /// `synthetic` and `replay` drivers allow.
+    #[serde(skip_serializing_if = "is_zero")]
     pub serial: u64,
     /// Where samples come from.
     pub driver: DriverKind,
@@ -55,6 +56,11 @@ pub struct Camera {
     pub replay: Option<Replay>,
     /// Faults to inject between driver and ring, for tests of what depends on this daemon.
     pub fault: Vec<Fault>,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
+const fn is_zero(serial: &u64) -> bool {
+    *serial == 0
 }
 
 /// Body pose in the vehicle frame (x forward, y left, z up).

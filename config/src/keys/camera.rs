@@ -1,0 +1,279 @@
+//! Every key of a camera.
+
+use super::Kind::{Axes, Choice, Number, SoftIron, Switch, Text, Vector, Whole};
+use super::range::{above_zero_to, from_to, plus_minus};
+use super::text::Text::{CalibrationFile, CameraName, Recording};
+use super::{Key, key};
+
+/// A thousand hours, s: longer than any run that is planned by the second.
+const LONGEST_S: f64 = 3_600_000.0;
+
+pub(super) const CAMERA: &[Key] = &[
+    key(
+        "name",
+        Text(CameraName),
+        "",
+        "Name in service names and tables, different for each camera.",
+    )
+    .required(),
+    key(
+        "serial",
+        Whole(1, i64::MAX),
+        "",
+        "Serial number as printed on the camera, different for each; driver \"zed2\" finds the \
+         camera by it, and a calibration file is bound to it.",
+    ),
+    key(
+        "driver",
+        Choice(&["zed2", "synthetic", "replay"]),
+        "",
+        "Where samples come from: a ZED 2 or 2i on USB, a simulated world, a recording.",
+    ),
+    key("model", Choice(&["zed2", "zed2i"]), "", "Which camera it is; fixes the default noise."),
+    key(
+        "axis_map",
+        Axes,
+        "",
+        "Sensor axes that point forward, left and up. To check it on a level camera: the \
+         accelerometer reads +9.81 m/s² on the third, and tilting the nose down makes the first \
+         negative.",
+    ),
+    key(
+        "calibration",
+        Text(CalibrationFile),
+        "",
+        "Calibration file, relative to this file's directory. Without one the magnetometer is \
+         taken as it comes, which on a vehicle can turn the heading by tens of degrees.",
+    ),
+];
+
+pub(super) const MOUNTING: &[Key] = &[
+    key("position_m", Vector(plus_minus(100.0)), "m", "Position of the camera's IMU."),
+    key(
+        "roll_pitch_yaw_deg",
+        Vector(plus_minus(360.0)),
+        "°",
+        "Roll about x, pitch about y, yaw about z of the body in the vehicle, applied ZYX. \
+         Positive pitch is nose down, positive yaw is to the left.",
+    ),
+];
+
+pub(super) const NOISE: &[Key] = &[
+    key(
+        "gyro_density_rad_s_rthz",
+        Number(above_zero_to(0.1)),
+        "rad/s/√Hz",
+        "Gyroscope noise density. Small: attitude trusts the gyroscope and follows gravity \
+         slowly.",
+    )
+    .required(),
+    key(
+        "gyro_bias_walk_rad_s2_rthz",
+        Number(above_zero_to(0.01)),
+        "rad/s²/√Hz",
+        "Random walk of the gyroscope's bias. Large: the bias follows temperature faster, and \
+         noise too.",
+    )
+    .required(),
+    key(
+        "gyro_bias_sigma_rad_s",
+        Number(above_zero_to(1.0)),
+        "rad/s",
+        "Gyroscope bias at switch-on, 1σ.",
+    )
+    .required(),
+    key(
+        "accel_density_m_s2_rthz",
+        Number(above_zero_to(1.0)),
+        "m/s²/√Hz",
+        "Accelerometer noise density.",
+    )
+    .required(),
+    key(
+        "accel_bias_walk_m_s3_rthz",
+        Number(above_zero_to(0.1)),
+        "m/s³/√Hz",
+        "Random walk of the accelerometer's bias.",
+    )
+    .required(),
+    key(
+        "accel_bias_sigma_m_s2",
+        Number(above_zero_to(10.0)),
+        "m/s²",
+        "Accelerometer bias at switch-on, 1σ.",
+    )
+    .required(),
+    key(
+        "mag_sigma_ut",
+        Number(above_zero_to(100.0)),
+        "µT",
+        "Noise of one magnetometer reading, 1σ. Small: the heading follows every reading. \
+         Large: it leans on the gyroscope.",
+    )
+    .required(),
+];
+
+pub(super) const SYNTHETIC: &[Key] = &[
+    key(
+        "trajectory",
+        Choice(&["standing", "walk", "stairs", "model-vehicle", "car"]),
+        "",
+        "How the camera moves: not at all, by hand through a room, up and down a staircase, on a \
+         model vehicle on the floor, or in a car through a town at up to 80 km/h.",
+    ),
+    key(
+        "rest_s",
+        Number(from_to(0.0, 3600.0)),
+        "s",
+        "Rest before the motion begins. Shorter than estimator.alignment_rest_s: the filter \
+         cannot align until the camera rests again.",
+    ),
+    key(
+        "seed",
+        Whole(0, i64::MAX),
+        "",
+        "Seed of everything random; the same seed gives the same samples.",
+    ),
+    key("speed", Number(from_to(0.0, 1000.0)), "", "1 is real speed; 0 as fast as it goes."),
+    key("duration_s", Number(from_to(0.0, LONGEST_S)), "s", "When the source ends; 0 never."),
+];
+
+pub(super) const ERRORS: &[Key] = &[
+    key(
+        "noise_scale",
+        Number(from_to(0.0, 100.0)),
+        "",
+        "Scales every noise figure: 0 a perfect sensor, 1 the camera's.",
+    ),
+    key(
+        "gyro_bias_rad_s",
+        Vector(plus_minus(1.0)),
+        "rad/s",
+        "Gyroscope bias at 25 °C in the sensor frame; drawn from the noise figures if absent.",
+    ),
+    key(
+        "accel_bias_m_s2",
+        Vector(plus_minus(10.0)),
+        "m/s²",
+        "Accelerometer bias at 25 °C in the sensor frame; drawn from the noise figures if absent.",
+    ),
+    key(
+        "gyro_temperature_rad_s_k",
+        Vector(plus_minus(0.1)),
+        "rad/s/K",
+        "Gyroscope bias per kelvin, in the sensor frame.",
+    ),
+    key(
+        "temperature_start_c",
+        Number(from_to(-40.0, 85.0)),
+        "°C",
+        "Temperature of the sensor at the start.",
+    ),
+    key("temperature_end_c", Number(from_to(-40.0, 85.0)), "°C", "Temperature it settles at."),
+    key(
+        "temperature_time_constant_s",
+        Number(above_zero_to(LONGEST_S)),
+        "s",
+        "Time constant of the warm-up.",
+    ),
+    key("quantise", Switch, "", "Quantise and saturate as a ZED 2 does."),
+];
+
+pub(super) const DISTORTION: &[Key] = &[
+    key("hard_iron_ut", Vector(plus_minus(1000.0)), "µT", "Hard iron in the sensor frame."),
+    key(
+        "soft_iron",
+        SoftIron(plus_minus(10.0)),
+        "",
+        "Soft iron in the sensor frame, row by row; identity is none.",
+    ),
+    key(
+        "temperature_ut_k",
+        Vector(plus_minus(10.0)),
+        "µT/K",
+        "Hard iron per kelvin away from 25 °C, in the sensor frame.",
+    ),
+];
+
+pub(super) const DISTURBANCE: &[Key] = &[
+    key("at_s", Number(from_to(0.0, LONGEST_S)), "s", "When it begins, after the first sample.")
+        .required(),
+    key("duration_s", Number(above_zero_to(LONGEST_S)), "s", "How long it lasts.").required(),
+    key("field_ut", Vector(plus_minus(1000.0)), "µT", "The added field in the world frame.")
+        .required(),
+    key(
+        "frequency_hz",
+        Number(from_to(0.0, 1000.0)),
+        "Hz",
+        "Frequency of the added field: 0 is constant, 50 mains hum.",
+    ),
+];
+
+pub(super) const TRANSPORT: &[Key] = &[
+    key(
+        "rate_error",
+        Number(plus_minus(0.2)),
+        "",
+        "Rate of the sensor against its nominal 400 Hz, minus one; 0.01 is 404 Hz.",
+    ),
+    key(
+        "mag_every",
+        Whole(1, 4000),
+        "samples",
+        "Samples between two magnetometer readings; a ZED 2 has 8, which is 50 Hz.",
+    ),
+    key("drop_probability", Number(from_to(0.0, 0.99)), "", "Probability that a sample is lost."),
+    key(
+        "sampling_jitter_s",
+        Number(from_to(0.0, 0.1)),
+        "s",
+        "Jitter of the sensor's sampling instants, 1σ.",
+    ),
+    key(
+        "arrival_delay_s",
+        Number(from_to(0.0, 1.0)),
+        "s",
+        "Mean of the one-sided, exponential delay between sampling and arrival.",
+    ),
+];
+
+pub(super) const REPLAY: &[Key] = &[
+    key("file", Text(Recording), "", "The recording, relative to this file's directory.")
+        .required(),
+    key(
+        "speed",
+        Number(from_to(0.0, 1000.0)),
+        "",
+        "1 is real speed, 2 twice as fast, 0 as fast as it goes.",
+    ),
+    key("repeat", Switch, "", "Begin again at the end."),
+];
+
+pub(super) const FAULT: &[Key] = &[
+    key(
+        "kind",
+        Choice(&[
+            "drop",
+            "duplicate",
+            "time-backwards",
+            "stuck",
+            "not-a-number",
+            "infinite",
+            "saturated",
+            "huge",
+            "unplug",
+            "stall",
+            "no-magnetometer",
+            "reorder",
+        ]),
+        "",
+        "What happens to the samples: they vanish, come twice, carry time stamps that run \
+         backwards, repeat one value, are not a number, infinite, at the end of the range, or \
+         huge; the source is lost and comes back; they come late in one burst, without \
+         magnetometer, or in swapped order.",
+    )
+    .required(),
+    key("at_s", Number(from_to(0.0, LONGEST_S)), "s", "When it begins, after the first sample.")
+        .required(),
+    key("duration_s", Number(above_zero_to(LONGEST_S)), "s", "How long it lasts.").required(),
+];

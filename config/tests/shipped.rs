@@ -1,0 +1,82 @@
+//! The shipped files: valid, and saying what they are meant to say.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use lodestone_config::model::{CameraModel, DriverKind, TrajectoryKind};
+use lodestone_config::{Config, EMBEDDED};
+
+fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("shipped").join(name)
+}
+
+fn load(name: &str) -> Config {
+    Config::load(shipped(name)).unwrap_or_else(|error| panic!("{error}")).config
+}
+
+#[test]
+fn every_shipped_file_is_valid_and_serde_reads_the_same() {
+    let entries = std::fs::read_dir(shipped("")).expect("the directory is in the repository");
+    let files: Vec<PathBuf> = entries
+        .map(|entry| entry.expect("readable").path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
+        .collect();
+    assert!(files.len() >= 3);
+    for path in files {
+        let loaded = Config::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        let text = std::fs::read_to_string(&path).expect("readable");
+        assert_eq!(loaded.config, toml::from_str(&text).expect("serde agrees"));
+    }
+}
+
+#[test]
+fn the_embedded_configuration_is_two_walks_with_different_seeds() {
+    let config = Config::embedded();
+    assert_eq!(config, toml::from_str(EMBEDDED).expect("valid"));
+    let names: Vec<&str> = config.camera.iter().map(|camera| camera.name.as_str()).collect();
+    assert_eq!(names, ["front", "rear"]);
+    let walks = config.camera.iter().filter_map(|camera| camera.synthetic.as_ref());
+    let walks: Vec<_> = walks.filter(|s| s.trajectory == TrajectoryKind::Walk).collect();
+    let seeds: BTreeSet<u64> = walks.iter().map(|synthetic| synthetic.seed).collect();
+    assert_eq!(seeds.len(), 2);
+    for synthetic in walks {
+        assert!(synthetic.rest_s > config.estimator.alignment_rest_s, "no time to align");
+        assert!((synthetic.speed - 1.0).abs() < f64::EPSILON);
+        assert!(synthetic.duration_s == 0.0, "the demonstration would end");
+    }
+}
+
+#[test]
+fn the_vehicle_has_one_camera_of_each_model_found_by_serial() {
+    let config = load("zed2-vehicle.toml");
+    let models: Vec<CameraModel> = config.camera.iter().map(|camera| camera.model).collect();
+    assert_eq!(models, [CameraModel::Zed2, CameraModel::Zed2i]);
+    for camera in &config.camera {
+        assert_eq!(camera.driver, DriverKind::Zed2);
+        assert!(camera.serial > 0);
+        assert!(camera.mounting.position_m.iter().any(|&coordinate| coordinate != 0.0));
+    }
+}
+
+#[test]
+fn the_replay_finds_its_recording_beside_it() {
+    let loaded = Config::load(shipped("replay.toml")).expect("valid");
+    let recording = loaded.recording(&loaded.config.camera[0]);
+    assert_eq!(recording, Some(shipped("recording.csv.zst")));
+}
+
+#[test]
+fn the_summary_names_cameras_sources_and_rates() {
+    let text = Config::embedded().summary();
+    for part in ["2 cameras", "front", "rear", "synthetic walk, seed 1, 401.6 Hz", "397.6 Hz"] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    let text = load("zed2-vehicle.toml").summary();
+    for part in ["zed2, 400 Hz nominal", "serial 23456789", "not calibrated", "true north"] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    let text = load("replay.toml").summary();
+    for part in ["1 camera\n", "replay of recording.csv.zst", "real speed, repeated"] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+}
