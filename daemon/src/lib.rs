@@ -2,7 +2,11 @@
 //!
 //! The way of one sample is the way through these modules: [`driver`] → ring → loop → [`publisher`].
 
+pub mod cli;
+pub mod commands;
+pub mod console;
 pub mod driver;
+pub mod logging;
 pub mod publisher;
 pub mod reading;
 pub mod service;
