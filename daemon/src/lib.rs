@@ -3,8 +3,14 @@
 //! The way of one sample is the way through these modules: [`driver`] → [`ring`] → [`lane`] →
 //! [`publisher`]; [`pipeline`] wires them for one camera.
 
+pub mod cli;
 pub mod clock;
+pub mod commands;
+pub mod console;
 pub mod driver;
+pub mod lane;
+pub mod logging;
+pub mod pipeline;
 pub mod poses_csv;
 pub mod publisher;
 pub mod reading;

@@ -1,7 +1,8 @@
 //! What makes a process of the lanes: one instance, enough memory, signals, housekeeping.
 
-
+pub mod housekeeping;
 pub mod instance;
+pub mod overview;
 pub mod prefault;
 pub mod signals;
 pub mod space;

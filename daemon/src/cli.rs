@@ -1,0 +1,122 @@
+//! The command line of `lodestoned`.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{Args, Parser, Subcommand};
+
+/// Tells every process on a vehicle where each of its cameras is and which way it looks.
+///
+/// Exit codes: 0 good, 2 wrong usage or configuration, 1 anything else.
+#[derive(Debug, Parser)]
+#[command(name = "lodestoned", version, max_term_width = 100)]
+pub struct Cli {
+    /// Configuration file; without it, two synthetic cameras in a room
+    #[arg(long, value_name = "FILE", global = true)]
+    pub config: Option<PathBuf>,
+
+    /// What to log, as in `RUST_LOG`: info, or `lodestone_daemon=debug,warn`
+    #[arg(long, value_name = "FILTER", global = true)]
+    pub log: Option<String>,
+
+    /// What to do; `run` if nothing is said
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// What the daemon can be asked to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Publish the poses of all configured cameras until SIGINT or SIGTERM (the default)
+    Run(RunArgs),
+    /// Validate a configuration and say what it means
+    Check(CheckArgs),
+    /// Turn recordings into poses, through the same lane, as fast as it goes
+    Replay(ReplayArgs),
+}
+
+/// Options of `run`.
+#[derive(Clone, Debug, Default, Args)]
+pub struct RunArgs {
+    /// Stop after this many seconds
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub duration: Option<Duration>,
+}
+
+/// Options of `check`.
+#[derive(Clone, Debug, Default, Args)]
+pub struct CheckArgs {
+    /// Print every key with its unit, default and range
+    #[arg(long)]
+    pub explain: bool,
+}
+
+/// Options of `replay`.
+#[derive(Clone, Debug, Args)]
+pub struct ReplayArgs {
+    /// Recordings, .csv or .csv.zst
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+
+    /// Directory for the poses, one .csv for each recording
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+
+    /// 1 is real speed, 2 twice as fast, 0 as fast as it goes
+    #[arg(long, value_name = "X", default_value = "0", value_parser = speed)]
+    pub speed: f64,
+}
+
+fn duration(text: &str) -> Result<Duration, String> {
+    let seconds: f64 = text.parse().map_err(|_| "not a number; allowed: seconds above 0")?;
+    let duration = Duration::try_from_secs_f64(seconds).ok().filter(|d| !d.is_zero());
+    duration.ok_or_else(|| "allowed: seconds above 0".into())
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    let speed: f64 = text.parse().map_err(|_| "not a number; allowed: 0 or more")?;
+    let allowed = speed.is_finite() && speed >= 0.0;
+    allowed.then_some(speed).ok_or_else(|| "allowed: 0 or more".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    fn parse(line: &str) -> Result<Cli, clap::Error> {
+        Cli::try_parse_from(line.split_whitespace())
+    }
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn options_may_stand_before_and_after_the_command() {
+        for line in ["lodestoned --config a.toml run", "lodestoned run --config a.toml"] {
+            let cli = parse(line).unwrap();
+            assert_eq!(cli.config, Some("a.toml".into()), "{line}");
+        }
+        assert!(parse("lodestoned").unwrap().command.is_none());
+    }
+
+    #[test]
+    fn values_out_of_range_are_wrong_usage() {
+        for line in [
+            "lodestoned run --duration 0",
+            "lodestoned run --duration -1",
+            "lodestoned run --duration nan",
+            "lodestoned run --duration 1e300",
+            "lodestoned replay a.csv --out d --speed -1",
+            "lodestoned replay a.csv --out d --speed inf",
+            "lodestoned replay --out d",
+            "lodestoned replay a.csv",
+            "lodestoned fly",
+        ] {
+            assert_eq!(parse(line).unwrap_err().exit_code(), 2, "{line}");
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! `lodestoned run`: everything in the order in which it must start, and back again.
+
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use lodestone_config::model::Config;
+use lodestone_schema::transport::{Domain, DomainError};
+use tracing::info;
+
+use super::supervision::{LaneContext, LaneFailure, Lanes, StartedLane};
+use crate::cli::RunArgs;
+use crate::console::Console;
+use crate::service::housekeeping::{HousekeptLane, Housekeeping, HousekeepingError};
+use crate::service::instance::{InstanceError, InstanceLock};
+use crate::service::overview::Overview;
+use crate::service::signals::StopFlag;
+use crate::service::space::{self, SpaceError};
+use crate::status_board::LaneBoard;
+
+/// Between two looks at lanes, signals and console: five redraws a second.
+const TICK: Duration = Duration::from_millis(200);
+
+/// Why the daemon did not start, or stopped.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// There is nothing to do.
+    #[error("the configuration has no camera: add a [[camera]] section")]
+    NoCamera,
+    /// Signals cannot be handled.
+    #[error("cannot handle signals: {0}")]
+    Signals(std::io::Error),
+    /// Another daemon runs, or the domain's directory cannot be used.
+    #[error(transparent)]
+    Instance(#[from] InstanceError),
+    /// There is too little shared memory.
+    #[error(transparent)]
+    Space(#[from] SpaceError),
+    /// The domain cannot be entered.
+    #[error(transparent)]
+    Domain(#[from] DomainError),
+    /// A lane did not start, or failed.
+    #[error("camera {camera:?}: {failure}")]
+    Lane {
+        /// The camera's name.
+        camera: String,
+        /// What happened.
+        failure: LaneFailure,
+    },
+    /// Housekeeping did not start.
+    #[error(transparent)]
+    Housekeeping(#[from] HousekeepingError),
+    /// Housekeeping ended: a bug.
+    #[error("the housekeeping thread panicked")]
+    HousekeepingPanicked,
+}
+
+impl RunError {
+    /// 2 where the configuration is to blame, else 1.
+    pub const fn exit_code(&self) -> u8 {
+        match self {
+            Self::NoCamera | Self::Domain(DomainError::Prefix(_) | DomainError::Root(_)) => 2,
+            _ => 1,
+        }
+    }
+}
+
+/// CONNECT: the one place where a camera's driver, lane and truth are made.
+///
+/// # Errors
+/// [`LaneFailure`] if the lane does not start.
+pub fn start_lane(_context: LaneContext) -> Result<StartedLane, LaneFailure> {
+    Err(LaneFailure::Error("lanes are not part of this build".into()))
+}
+
+/// Runs until a signal, the end of the duration, the end of every source, or a failure.
+///
+/// `start` starts one camera's lane and returns when it is ready. Start order: lock, space,
+/// domain, lanes, housekeeping, console; back in reverse, but housekeeping outlives the lanes, so
+/// that the last health message says that they ended.
+///
+/// # Errors
+/// [`RunError`]; whatever was started has been stopped again by then.
+pub fn run(
+    config: Config,
+    args: &RunArgs,
+    mut console: Console,
+    mut start: impl FnMut(LaneContext) -> Result<StartedLane, LaneFailure>,
+) -> Result<(), RunError> {
+    let stop = StopFlag::new();
+    stop.raise_on_signals().map_err(RunError::Signals)?;
+    let config = Arc::new(config);
+    let (domain, _lock) = prepare(&config)?;
+
+    let mut lanes = Lanes::default();
+    let result = start_all(&config, &domain, &stop, &mut lanes, &mut start).and_then(|kept| {
+        let overview = Overview::default();
+        let housekeeping = Housekeeping::start(&domain, &config, kept, &overview)?;
+        info!("serving {} cameras in {}", config.camera.len(), domain.root);
+        let watched = watch(&mut lanes, &housekeeping, &overview, &mut console, args, &stop);
+        stop.raise();
+        let joined = lanes.join_all().map_err(lane_error);
+        let kept_well = housekeeping.stop();
+        console.show(&overview.views());
+        watched.and(joined).and(kept_well.then_some(()).ok_or(RunError::HousekeepingPanicked))
+    });
+    stop.raise();
+    let joined = lanes.join_all().map_err(lane_error);
+    info!("stopped");
+    result.and(joined)
+}
+
+/// What must hold before the first file is made in shared memory.
+fn prepare(config: &Config) -> Result<(Domain, InstanceLock), RunError> {
+    if config.camera.is_empty() {
+        return Err(RunError::NoCamera);
+    }
+    let settings = &config.shared_memory;
+    let domain = Domain { prefix: settings.prefix.clone(), root: settings.root.clone() };
+    domain.enter()?;
+    let lock = InstanceLock::acquire(&domain.root)?;
+    space::ensure(space::needed_bytes(config), &domain.prefix)?;
+    Ok((domain, lock))
+}
+
+fn start_all(
+    config: &Arc<Config>,
+    domain: &Domain,
+    stop: &StopFlag,
+    lanes: &mut Lanes,
+    start: &mut impl FnMut(LaneContext) -> Result<StartedLane, LaneFailure>,
+) -> Result<Vec<HousekeptLane>, RunError> {
+    let mut kept = Vec::new();
+    for (camera, settings) in config.camera.iter().enumerate() {
+        let board = Arc::new(LaneBoard::new());
+        let context = LaneContext {
+            camera,
+            config: Arc::clone(config),
+            domain: domain.clone(),
+            board: Arc::clone(&board),
+            stop: stop.clone(),
+        };
+        let started = start(context).map_err(|e| lane_error((settings.name.clone(), e)))?;
+        lanes.add(&settings.name, started.handle);
+        kept.push(HousekeptLane { camera, board, truth: started.truth });
+    }
+    Ok(kept)
+}
+
+fn watch(
+    lanes: &mut Lanes,
+    housekeeping: &Housekeeping,
+    overview: &Overview,
+    console: &mut Console,
+    args: &RunArgs,
+    stop: &StopFlag,
+) -> Result<(), RunError> {
+    let start = Instant::now();
+    let remaining = || args.duration.map_or(TICK, |limit| limit.saturating_sub(start.elapsed()));
+    while !stop.is_raised() && !remaining().is_zero() {
+        console.show(&overview.views());
+        if lanes.reap().map_err(lane_error)? {
+            info!("every source ended");
+            break;
+        }
+        if housekeeping.is_finished() {
+            return Err(RunError::HousekeepingPanicked);
+        }
+        thread::sleep(TICK.min(remaining()));
+    }
+    Ok(())
+}
+
+fn lane_error((camera, failure): (String, LaneFailure)) -> RunError {
+    RunError::Lane { camera, failure }
+}

@@ -1,0 +1,66 @@
+//! What a person sees of a running daemon: a live table in a terminal, else lines in the log.
+
+mod journal;
+mod screen;
+mod table;
+
+pub use journal::Journal;
+pub use screen::Screen;
+pub use table::render;
+
+use crate::logging::LogLines;
+use crate::service::overview::LaneView;
+
+/// One of the two ways to show the lanes.
+pub enum Console {
+    /// Redrawn in place, log lines above it.
+    Table(Screen<std::io::Stdout>, LogLines),
+    /// A line for each lane now and then, and for each change of state.
+    Log(Journal),
+}
+
+impl Console {
+    /// The table if standard output is a terminal, else the log.
+    ///
+    /// Give [`Console::log_lines`] to [`crate::logging::init`].
+    pub fn choose() -> Self {
+        if rustix::termios::isatty(rustix::stdio::stdout()) {
+            Self::Table(Screen::new(std::io::stdout()), LogLines::default())
+        } else {
+            Self::Log(Journal::default())
+        }
+    }
+
+    /// Where log lines must go so that they do not break the table; `None` for standard error.
+    pub const fn log_lines(&self) -> Option<&LogLines> {
+        match self {
+            Self::Table(_, lines) => Some(lines),
+            Self::Log(_) => None,
+        }
+    }
+
+    /// Shows the lanes.
+    pub fn show(&mut self, views: &[LaneView]) {
+        match self {
+            Self::Table(screen, lines) => {
+                screen.draw(&lines.take(), &render(views), terminal_width());
+            }
+            Self::Log(journal) => journal.note(views, std::time::Instant::now()),
+        }
+    }
+}
+
+impl Drop for Console {
+    /// The last log lines, and the cursor below the table.
+    fn drop(&mut self) {
+        if let Self::Table(screen, lines) = self {
+            screen.finish(&lines.take());
+        }
+    }
+}
+
+/// Columns of the terminal; very many where it does not tell.
+fn terminal_width() -> usize {
+    let size = rustix::termios::tcgetwinsize(rustix::stdio::stdout());
+    size.ok().map(|size| usize::from(size.ws_col)).filter(|&columns| columns > 0).unwrap_or(1000)
+}
