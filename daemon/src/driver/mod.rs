@@ -5,6 +5,7 @@
 //! allocates nothing after it was opened, except while it looks for a lost device.
 
 pub mod faulty;
+pub mod replay;
 pub mod zed2;
 
 use std::time::Duration;

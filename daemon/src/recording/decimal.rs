@@ -29,7 +29,7 @@ fn plain(digits: &[u8]) -> Option<i64> {
     let seconds = natural(whole)?;
     let nanos = fraction_nanos(fraction)?;
     let in_range = seconds < LARGEST_SECONDS as i64;
-    in_range.then_some(seconds * NANOS_PER_SECOND + nanos)
+    in_range.then(|| seconds * NANOS_PER_SECOND + nanos)
 }
 
 /// A number of at most 18 digits.
@@ -89,7 +89,16 @@ mod tests {
         {
             assert_eq!(seconds_to_nanos(text.as_bytes()), None, "{text}");
         }
-        for text in ["1,5", "1.2.3", "0x10", "1 2", "12s", "1e", "99999999999999999999"] {
+        for text in [
+            "1,5",
+            "1.2.3",
+            "0x10",
+            "1 2",
+            "12s",
+            "1e",
+            "99999999999999999999",
+            "999999999999999999",
+        ] {
             assert_eq!(seconds_to_nanos(text.as_bytes()), None, "{text}");
         }
         assert_eq!(seconds_to_nanos(b"1.\xFF"), None);
