@@ -4,6 +4,8 @@
 //! is given, pushes what has arrived into the sink, oldest first, and says how the source is. It
 //! allocates nothing after it was opened, except while it looks for a lost device.
 
+pub mod synthetic;
+
 use std::time::Duration;
 
 use crate::reading::Reading;
