@@ -141,6 +141,8 @@ pub struct Disturbance {
 pub struct Transport {
     /// Rate of the sensor against its nominal 400 Hz, minus one.
     pub rate_error: f64,
+    /// Rate of the sensor's clock, which stamps the samples, against true time, minus one.
+    pub clock_error: f64,
     /// Samples between two magnetometer readings; the ZED 2 has 8 (50 Hz).
     pub mag_every: u32,
     /// Probability that a sample is lost.
@@ -155,6 +157,7 @@ impl Default for Transport {
     fn default() -> Self {
         Self {
             rate_error: 0.0,
+            clock_error: 0.0,
             mag_every: 8,
             drop_probability: 0.0,
             sampling_jitter_s: 0.0,

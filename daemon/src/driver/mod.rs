@@ -6,6 +6,7 @@
 
 pub mod faulty;
 pub mod replay;
+pub mod synthetic;
 pub mod zed2;
 
 use std::time::Duration;

@@ -1,0 +1,263 @@
+//! What holds for every trajectory, and what makes each the one it is.
+
+use glam::{DQuat, DVec3};
+use lodestone_config::model::TrajectoryKind::{self, Car, ModelVehicle, Stairs, Standing, Walk};
+use proptest::prelude::*;
+
+use crate::driver::synthetic::kinematics::{Earth, Motion, Mover};
+use crate::driver::synthetic::random::Stream;
+
+const KINDS: [TrajectoryKind; 5] = [Standing, Walk, Stairs, ModelVehicle, Car];
+const SAMPLE_S: f64 = 0.0025;
+const REST_S: f64 = 2.0;
+
+fn mover(kind: TrajectoryKind, seed: u64) -> Mover {
+    Mover::new(super::build(kind, REST_S, &mut Stream::Trajectory.of(seed)))
+}
+
+fn samples(mover: &Mover, from_s: f64, duration_s: f64) -> impl Iterator<Item = Motion> {
+    let count = (duration_s / SAMPLE_S) as u32;
+    (0..=count).map(move |k| mover.at(from_s + f64::from(k) * SAMPLE_S))
+}
+
+/// Largest jerk, m/s³, and largest angular acceleration, rad/s², that the motion may have.
+const fn roughness(kind: TrajectoryKind) -> (f64, f64) {
+    match kind {
+        Standing => (0.0, 0.0),
+        Walk => (150.0, 15.0),
+        Stairs => (150.0, 15.0),
+        ModelVehicle => (80.0, 8.0),
+        Car => (400.0, 8.0),
+    }
+}
+
+/// Position and velocity follow the acceleration, attitude follows the rate, and neither
+/// acceleration nor rate jumps, from one sample to the next.
+fn is_continuous(kind: TrajectoryKind, mover: &Mover, from_s: f64, duration_s: f64) {
+    let (jerk, turning) = roughness(kind);
+    let all: Vec<_> = samples(mover, from_s, duration_s).collect();
+    for (k, pair) in all.windows(2).enumerate() {
+        let (a, b, h) = (pair[0], pair[1], SAMPLE_S);
+        let at = || format!("{kind:?} at {} s", from_s + k as f64 * h);
+        let position = a.position + a.velocity * h + a.acceleration * (0.5 * h * h);
+        assert!((b.position - position).length() <= jerk * h * h * h / 6.0 + 1e-9, "{}", at());
+        let velocity = a.velocity + (a.acceleration + b.acceleration) * (0.5 * h);
+        assert!((b.velocity - velocity).length() <= 0.25 * jerk * h * h + 1e-9, "{}", at());
+        assert!((b.acceleration - a.acceleration).length() <= jerk * h + 1e-9, "{}", at());
+        assert!((b.rate - a.rate).length() <= turning * h + 1e-9, "{}", at());
+        let turned = (a.orientation.inverse() * b.orientation).quaternion().to_scaled_axis();
+        let expected = (a.rate + b.rate) * (0.5 * h);
+        assert!((turned - expected).length() <= 0.25 * turning * h * h + 1e-9, "{}", at());
+    }
+}
+
+#[test]
+fn nothing_jumps_over_a_whole_round() {
+    for kind in KINDS {
+        is_continuous(kind, &mover(kind, 1), 0.0, 300.0);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    #[test]
+    fn nothing_jumps_for_any_seed(seed: u64, from_s in 0.0..20_000.0f64) {
+        for kind in KINDS {
+            is_continuous(kind, &mover(kind, seed), from_s, 5.0);
+        }
+    }
+
+    #[test]
+    fn it_begins_at_the_origin_and_rests(seed: u64) {
+        for kind in KINDS {
+            let mover = mover(kind, seed);
+            for motion in samples(&mover, -0.1, REST_S + 0.1) {
+                prop_assert_eq!(motion.position, DVec3::ZERO);
+                prop_assert_eq!(motion.velocity, DVec3::ZERO);
+                prop_assert_eq!(motion.acceleration, DVec3::ZERO);
+                prop_assert_eq!(motion.rate, DVec3::ZERO);
+            }
+            let moved = mover.at(REST_S + 5.0).position.length();
+            prop_assert!((moved > 0.1) == (kind != Standing), "{kind:?} moved {moved} m");
+        }
+    }
+
+    #[test]
+    fn seeds_make_different_cameras(seed in 0..u64::MAX) {
+        for kind in KINDS {
+            let (one, two) = (mover(kind, seed).at(20.0), mover(kind, seed + 1).at(20.0));
+            prop_assert!(one.orientation != two.orientation);
+        }
+    }
+}
+
+/// What strapdown integration carries along.
+#[derive(Clone, Copy)]
+struct State {
+    orientation: DQuat,
+    velocity: DVec3,
+    position: DVec3,
+}
+
+impl State {
+    fn of(motion: &Motion) -> Self {
+        Self {
+            orientation: motion.orientation.quaternion(),
+            velocity: motion.velocity,
+            position: motion.position,
+        }
+    }
+
+    fn plus(self, slope: &Self, h: f64) -> Self {
+        Self {
+            orientation: self.orientation + slope.orientation * h,
+            velocity: self.velocity + slope.velocity * h,
+            position: self.position + slope.position * h,
+        }
+    }
+
+    /// Derivative under what the sensors feel: the equations of maths.md, eq:ResultingAcceleration
+    /// and eq:QuatrionAngularVelocityV1 with the earth's rate, written anew.
+    fn slope(self, earth: &Earth, rate: DVec3, force: DVec3) -> Self {
+        let pure = |v: DVec3| DQuat::from_xyzw(v.x, v.y, v.z, 0.0);
+        let turning = self.orientation * pure(rate) - pure(earth.rate) * self.orientation;
+        let felt = self.orientation.normalize() * force;
+        Self {
+            orientation: turning * 0.5,
+            velocity: felt + earth.gravity - 2.0 * earth.rate.cross(self.velocity),
+            position: self.velocity,
+        }
+    }
+}
+
+/// Classic Runge-Kutta integration of exact gyroscope and accelerometer values.
+fn integrate(mover: &Mover, earth: &Earth, duration_s: f64, step_s: f64) -> State {
+    let felt = |t: f64| {
+        let motion = mover.at(t);
+        (earth.inertial_rate(&motion), earth.specific_force(&motion))
+    };
+    let mut state = State::of(&mover.at(0.0));
+    let mut begin = felt(0.0);
+    for k in 0..(duration_s / step_s).round() as u32 {
+        let t = f64::from(k) * step_s;
+        let (middle, end) = (felt(t + 0.5 * step_s), felt(t + step_s));
+        let s1 = state.slope(earth, begin.0, begin.1);
+        let s2 = state.plus(&s1, 0.5 * step_s).slope(earth, middle.0, middle.1);
+        let s3 = state.plus(&s2, 0.5 * step_s).slope(earth, middle.0, middle.1);
+        let s4 = state.plus(&s3, step_s).slope(earth, end.0, end.1);
+        state = state.plus(&s1, step_s / 6.0).plus(&s2, step_s / 3.0);
+        state = state.plus(&s3, step_s / 3.0).plus(&s4, step_s / 6.0);
+        state.orientation = state.orientation.normalize();
+        begin = end;
+    }
+    state
+}
+
+/// Global error of the scheme is of the order h⁴ with the motion's fifth derivatives. The fastest
+/// motion is the car's shake at some 170 rad/s: (170 · 1e-3)⁴ / 2880 is 3e-7 of amplitudes of
+/// 2e-4 rad and 1 m/s², which leaves far less than the bounds even after integrating twice.
+#[test]
+fn strapdown_integration_of_what_is_felt_gives_the_motion_back() {
+    let earth = Earth::at(48.262, 0.07);
+    for kind in KINDS {
+        let mover = mover(kind, 11);
+        let (end, truth) = (integrate(&mover, &earth, 60.0, 1e-3), mover.at(60.0));
+        let wrong = truth.orientation.quaternion().conjugate() * end.orientation;
+        let attitude = wrong.to_scaled_axis().length();
+        let position = (end.position - truth.position).length();
+        assert!(attitude < 1e-6, "{kind:?}: {attitude} rad");
+        assert!(position < 1e-3, "{kind:?}: {position} m");
+    }
+}
+
+/// Without the earth's rotation in the integration the same test must fail: the error of the
+/// Coriolis term alone is some metres for the car.
+#[test]
+fn strapdown_integration_without_the_earth_is_wrong() {
+    let earth = Earth::at(48.262, 0.07);
+    let still = Earth { rate: DVec3::ZERO, ..earth };
+    let mover = mover(Car, 11);
+    let felt_on_earth = integrate(&mover, &earth, 60.0, 5e-3).position;
+    let (motion, mut state) = (mover.at(0.0), State::of(&mover.at(0.0)));
+    assert_eq!(motion.position, state.position);
+    for k in 0..12_000 {
+        let motion = mover.at(f64::from(k) * 5e-3);
+        let (rate, force) = (earth.inertial_rate(&motion), earth.specific_force(&motion));
+        state = state.plus(&state.slope(&still, rate, force), 5e-3);
+        state.orientation = state.orientation.normalize();
+    }
+    assert!((state.position - felt_on_earth).length() > 0.5);
+}
+
+#[test]
+fn gravity_alone_is_felt_at_rest() {
+    let earth = Earth::at(48.262, 0.07);
+    for kind in KINDS {
+        let force = earth.specific_force(&mover(kind, 3).at(0.5 * REST_S));
+        assert!((force.length() - 9.81).abs() < 1e-12, "{kind:?}: {force}");
+    }
+}
+
+fn horizontal_speed(motion: &Motion) -> f64 {
+    motion.velocity.truncate().length()
+}
+
+#[test]
+fn the_car_drives_up_to_80_km_h_and_stops_at_lights() {
+    for seed in 0..10 {
+        let all: Vec<_> = samples(&mover(Car, seed), 0.0, 300.0).collect();
+        let top = all.iter().map(horizontal_speed).fold(0.0, f64::max) * 3.6;
+        assert!((70.0..=80.0).contains(&top), "seed {seed}: {top} km/h");
+        let stopped = |m: &Motion| horizontal_speed(m) == 0.0 && m.rate == DVec3::ZERO;
+        let stops = all.windows(2).filter(|w| !stopped(&w[0]) && stopped(&w[1])).count();
+        assert!(stops >= 3, "seed {seed}: {stops} stops");
+        let strongest = all.iter().map(|m| m.acceleration.length()).fold(0.0, f64::max);
+        assert!((2.0..6.0).contains(&strongest), "seed {seed}: {strongest} m/s²");
+    }
+}
+
+#[test]
+fn the_stairs_go_up_4_m_and_come_back() {
+    for seed in 0..10 {
+        let all: Vec<_> = samples(&mover(Stairs, seed), 0.0, 120.0).collect();
+        let top = all.iter().map(|m| m.position.z).fold(0.0, f64::max);
+        assert!((top - 24.0 * 0.17).abs() < 1e-9, "seed {seed}: {top} m");
+        let lowest = all.iter().map(|m| m.position.z).fold(0.0, f64::min);
+        assert!(lowest.abs() < 1e-9);
+        let risen = all.iter().position(|m| m.position.z > 4.0).unwrap();
+        assert!(all[risen..].iter().any(|m| m.position.z < 1e-9), "seed {seed}: never down again");
+    }
+}
+
+#[test]
+fn indoors_everything_stays_in_its_room_and_keeps_its_pace() {
+    for seed in 0..10 {
+        for (kind, reach, fastest, height) in
+            [(Walk, 5.5, 1.9, 0.2), (ModelVehicle, 6.5, 1.0, 0.01), (Stairs, 6.0, 1.0, 4.2)]
+        {
+            for motion in samples(&mover(kind, seed), 0.0, 400.0).step_by(20) {
+                let place = motion.position.truncate().length();
+                assert!(place < reach, "{kind:?} {seed}: {place} m away");
+                assert!(motion.position.z.abs() < height, "{kind:?} {seed}: {}", motion.position);
+                let speed = horizontal_speed(&motion);
+                assert!(speed < fastest + 1e-9, "{kind:?} {seed}: {speed} m/s");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_walk_looks_around_and_pauses_and_does_not_repeat() {
+    let all: Vec<_> = samples(&mover(Walk, 5), 0.0, 120.0).collect();
+    let rate = all.iter().map(|m| m.rate.length()).fold(0.0, f64::max);
+    assert!((0.8..4.0).contains(&rate), "{rate} rad/s");
+    let resting = all.iter().filter(|m| m.rate == DVec3::ZERO).count() as f64 * SAMPLE_S;
+    assert!(resting > REST_S + 3.0, "{resting} s");
+    let mover = mover(Walk, 5);
+    let closest = (200..2000)
+        .map(|later| (mover.at(f64::from(later) * 0.1).position - mover.at(12.0).position).length())
+        .filter(|distance| *distance > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    assert!(closest > 1e-4, "{closest} m");
+}
