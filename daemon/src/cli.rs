@@ -49,6 +49,10 @@ pub struct CheckArgs {
     /// Print every key with its unit, default and range
     #[arg(long)]
     pub explain: bool,
+
+    /// Print it as JSON
+    #[arg(long, requires = "explain")]
+    pub json: bool,
 }
 
 /// Options of `replay`.

@@ -17,4 +17,5 @@ pub mod reading;
 pub mod recording;
 pub mod ring;
 pub mod service;
+pub mod source;
 pub mod status_board;

@@ -16,7 +16,7 @@ mod unix;
 
 use envelope::{Envelope, Line};
 use lodestone_fusion::SensorTime;
-pub use unix::unix_offset_ns;
+pub use unix::{UnixOffset, unix_offset_ns};
 
 use crate::reading::HostTime;
 

@@ -1,6 +1,31 @@
 //! From `CLOCK_MONOTONIC` to UNIX time.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
+
 use rustix::time::{ClockId, Timespec, clock_gettime};
+
+/// [`unix_offset_ns`] as it was last sampled, shared by cloning: one thread refreshes it, lanes
+/// only load it.
+#[derive(Clone, Debug)]
+pub struct UnixOffset(Arc<AtomicI64>);
+
+impl UnixOffset {
+    /// Sampled now.
+    pub fn sampled() -> Self {
+        Self(Arc::new(AtomicI64::new(unix_offset_ns())))
+    }
+
+    /// Samples it again.
+    pub fn refresh(&self) {
+        self.0.store(unix_offset_ns(), Ordering::Relaxed);
+    }
+
+    /// Add to a time on `CLOCK_MONOTONIC` to get nanoseconds since the UNIX epoch.
+    pub fn as_nanos(&self) -> i64 {
+        self.0.load(Ordering::Relaxed)
+    }
+}
 
 /// What to add to a time on `CLOCK_MONOTONIC` to get nanoseconds since the UNIX epoch, now.
 ///

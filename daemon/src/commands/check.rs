@@ -1,10 +1,13 @@
-//! `lodestoned check`: validates a configuration.
+//! `lodestoned check`: validates a configuration and the files it names.
 
 use std::io::Write;
 use std::path::Path;
 
+use lodestone_config::Loaded;
+
 use super::{CommandError, load};
 use crate::cli::CheckArgs;
+use crate::recording::Recording;
 use crate::service::space::needed_bytes;
 
 /// Validates, and says what the configuration asks for.
@@ -13,17 +16,37 @@ use crate::service::space::needed_bytes;
 /// [`CommandError`] names everything that is wrong.
 pub fn check(file: Option<&Path>, args: &CheckArgs) -> Result<(), CommandError> {
     if args.explain {
-        // CONNECT: the table of keys with unit, default and range.
-        return Err(CommandError::NotBuilt("check --explain"));
+        say(&explanation(args.json));
+        return Ok(());
     }
-    let config = load(file)?;
+    let loaded = load(file)?;
+    check_files(&loaded)?;
     let name = file.map_or("embedded configuration".into(), |file| file.display().to_string());
-    // A reader that went away does not make the configuration worse.
-    let _ = writeln!(
-        std::io::stdout(),
-        "{name}: good; {} cameras, {:.1} MiB of shared memory",
-        config.camera.len(),
-        needed_bytes(&config) as f64 / f64::from(1 << 20),
-    );
+    let memory_mib = needed_bytes(&loaded.config) as f64 / f64::from(1 << 20);
+    say(&format!("{name}: good\n{}shared memory: {memory_mib:.1} MiB\n", loaded.config.summary()));
     Ok(())
+}
+
+fn explanation(json: bool) -> String {
+    if json {
+        return format!("{}\n", serde_json::json!(lodestone_config::keys()));
+    }
+    format!("{}\n{}", lodestone_config::explain(), lodestone_config::explain_calibration())
+}
+
+/// Calibrations and recordings are opened, so that a run will not fail on them.
+fn check_files(loaded: &Loaded) -> Result<(), CommandError> {
+    let mut problems = Vec::new();
+    if let Err(errors) = loaded.calibrations() {
+        problems.extend(errors.iter().map(ToString::to_string));
+    }
+    let recordings = loaded.config.camera.iter().filter_map(|camera| loaded.recording(camera));
+    let unreadable = recordings.filter_map(|path| Recording::open(&path).err());
+    problems.extend(unreadable.map(|e| e.to_string()));
+    if problems.is_empty() { Ok(()) } else { Err(CommandError::Files(problems.join("\n"))) }
+}
+
+fn say(text: &str) {
+    // A reader that went away does not make the configuration worse.
+    let _ = std::io::stdout().write_all(text.as_bytes());
 }

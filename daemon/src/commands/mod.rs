@@ -5,9 +5,9 @@ pub mod replay;
 pub mod run;
 pub mod supervision;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use lodestone_config::model::Config;
+use lodestone_config::{Config, LoadError, Loaded};
 
 use crate::cli::{Cli, Command};
 use crate::console::Console;
@@ -17,26 +17,29 @@ use crate::logging::{self, LoggingError};
 #[derive(Debug, thiserror::Error)]
 pub enum CommandError {
     /// The configuration cannot be used.
-    #[error("{0}")]
-    Configuration(String),
+    #[error(transparent)]
+    Configuration(#[from] LoadError),
     /// The log filter cannot be used.
     #[error(transparent)]
     Logging(#[from] LoggingError),
     /// Running failed.
     #[error(transparent)]
     Run(#[from] run::RunError),
-    /// This build does not have it.
-    #[error("{0} is not part of this build")]
-    NotBuilt(&'static str),
+    /// Files that the configuration names cannot be used.
+    #[error("{0}")]
+    Files(String),
+    /// Replaying failed.
+    #[error(transparent)]
+    Replay(#[from] replay::ReplayCommandError),
 }
 
 impl CommandError {
     /// 2 for wrong usage or configuration, 1 for anything else.
     pub const fn exit_code(&self) -> u8 {
         match self {
-            Self::Configuration(_) | Self::Logging(_) => 2,
+            Self::Configuration(_) | Self::Files(_) | Self::Logging(_) => 2,
             Self::Run(e) => e.exit_code(),
-            Self::NotBuilt(_) => 1,
+            Self::Replay(_) => 1,
         }
     }
 }
@@ -55,24 +58,20 @@ pub fn execute(cli: &Cli) -> Result<(), CommandError> {
         }
         Some(Command::Replay(args)) => {
             logging::init(cli.log.as_deref(), None)?;
-            replay::replay(&load(cli.config.as_deref())?, args)
+            Ok(replay::replay(&load(cli.config.as_deref())?, args)?)
         }
     }
 }
 
 fn execute_run(cli: &Cli, args: &crate::cli::RunArgs) -> Result<(), CommandError> {
-    let config = load(cli.config.as_deref())?;
+    let loaded = load(cli.config.as_deref())?;
     let console = Console::choose();
     logging::init(cli.log.as_deref(), console.log_lines())?;
-    Ok(run::run(config, args, console, run::start_lane)?)
+    Ok(run::run(loaded, args, console, crate::pipeline::start)?)
 }
 
-/// CONNECT: the one place where a configuration is loaded and validated, or the embedded one taken.
-fn load(file: Option<&Path>) -> Result<Config, CommandError> {
-    let Some(file) = file else { return Ok(Config::default()) };
-    let named = |what: &dyn std::fmt::Display| {
-        CommandError::Configuration(format!("{}: {what}", file.display()))
-    };
-    let text = std::fs::read_to_string(file).map_err(|e| named(&e))?;
-    toml::from_str(&text).map_err(|e| named(&e))
+/// The configuration of a file, or the embedded one.
+fn load(file: Option<&Path>) -> Result<Loaded, LoadError> {
+    let embedded = || Loaded { config: Config::embedded(), path: PathBuf::new() };
+    file.map_or_else(|| Ok(embedded()), Config::load)
 }

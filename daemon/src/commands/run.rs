@@ -4,12 +4,14 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use lodestone_config::Loaded;
 use lodestone_config::model::Config;
 use lodestone_schema::transport::{Domain, DomainError};
 use tracing::info;
 
 use super::supervision::{LaneContext, LaneFailure, Lanes, StartedLane};
 use crate::cli::RunArgs;
+use crate::clock::UnixOffset;
 use crate::console::Console;
 use crate::service::housekeeping::{HousekeptLane, Housekeeping, HousekeepingError};
 use crate::service::instance::{InstanceError, InstanceLock};
@@ -65,14 +67,6 @@ impl RunError {
     }
 }
 
-/// CONNECT: the one place where a camera's driver, lane and truth are made.
-///
-/// # Errors
-/// [`LaneFailure`] if the lane does not start.
-pub fn start_lane(_context: LaneContext) -> Result<StartedLane, LaneFailure> {
-    Err(LaneFailure::Error("lanes are not part of this build".into()))
-}
-
 /// Runs until a signal, the end of the duration, the end of every source, or a failure.
 ///
 /// `start` starts one camera's lane and returns when it is ready. Start order: lock, space,
@@ -82,21 +76,32 @@ pub fn start_lane(_context: LaneContext) -> Result<StartedLane, LaneFailure> {
 /// # Errors
 /// [`RunError`]; whatever was started has been stopped again by then.
 pub fn run(
-    config: Config,
+    loaded: Loaded,
     args: &RunArgs,
     mut console: Console,
     mut start: impl FnMut(LaneContext) -> Result<StartedLane, LaneFailure>,
 ) -> Result<(), RunError> {
     let stop = StopFlag::new();
     stop.raise_on_signals().map_err(RunError::Signals)?;
-    let config = Arc::new(config);
-    let (domain, _lock) = prepare(&config)?;
-
+    let loaded = Arc::new(loaded);
+    let (domain, _lock) = prepare(&loaded.config)?;
+    let unix_offset = UnixOffset::sampled();
     let mut lanes = Lanes::default();
-    let result = start_all(&config, &domain, &stop, &mut lanes, &mut start).and_then(|kept| {
+    let mut open = |camera: usize, board: &Arc<LaneBoard>| {
+        start(LaneContext {
+            camera,
+            loaded: Arc::clone(&loaded),
+            domain: domain.clone(),
+            board: Arc::clone(board),
+            unix_offset: unix_offset.clone(),
+            stop: stop.clone(),
+        })
+    };
+
+    let result = start_all(&loaded.config, &mut lanes, &mut open).and_then(|kept| {
         let overview = Overview::default();
-        let housekeeping = Housekeeping::start(&domain, &config, kept, &overview)?;
-        info!("serving {} cameras in {}", config.camera.len(), domain.root);
+        let housekeeping = Housekeeping::start(&domain, &loaded.config, kept, &overview, &unix_offset)?;
+        info!("serving {} cameras in {}", loaded.config.camera.len(), domain.root);
         let watched = watch(&mut lanes, &housekeeping, &overview, &mut console, args, &stop);
         stop.raise();
         let joined = lanes.join_all().map_err(lane_error);
@@ -124,23 +129,14 @@ fn prepare(config: &Config) -> Result<(Domain, InstanceLock), RunError> {
 }
 
 fn start_all(
-    config: &Arc<Config>,
-    domain: &Domain,
-    stop: &StopFlag,
+    config: &Config,
     lanes: &mut Lanes,
-    start: &mut impl FnMut(LaneContext) -> Result<StartedLane, LaneFailure>,
+    start: &mut impl FnMut(usize, &Arc<LaneBoard>) -> Result<StartedLane, LaneFailure>,
 ) -> Result<Vec<HousekeptLane>, RunError> {
     let mut kept = Vec::new();
     for (camera, settings) in config.camera.iter().enumerate() {
         let board = Arc::new(LaneBoard::new());
-        let context = LaneContext {
-            camera,
-            config: Arc::clone(config),
-            domain: domain.clone(),
-            board: Arc::clone(&board),
-            stop: stop.clone(),
-        };
-        let started = start(context).map_err(|e| lane_error((settings.name.clone(), e)))?;
+        let started = start(camera, &board).map_err(|e| lane_error((settings.name.clone(), e)))?;
         lanes.add(&settings.name, started.handle);
         kept.push(HousekeptLane { camera, board, truth: started.truth });
     }

@@ -7,10 +7,12 @@ use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use lodestone_config::model::{Camera, Config};
+use lodestone_config::Loaded;
+use lodestone_config::model::Camera;
 use lodestone_schema::LaneState;
 use lodestone_schema::transport::Domain;
 
+use crate::clock::UnixOffset;
 use crate::service::housekeeping::TruthProvider;
 use crate::service::signals::StopFlag;
 use crate::status_board::LaneBoard;
@@ -23,12 +25,14 @@ const START_LIMIT: Duration = Duration::from_secs(10);
 pub struct LaneContext {
     /// Index of the camera in the configuration.
     pub camera: usize,
-    /// The whole configuration.
-    pub config: Arc<Config>,
+    /// The whole configuration, and where it came from.
+    pub loaded: Arc<Loaded>,
     /// Where the lane publishes.
     pub domain: Domain,
     /// Where the lane reports.
     pub board: Arc<LaneBoard>,
+    /// From `CLOCK_MONOTONIC` to UNIX time; housekeeping keeps it up to date.
+    pub unix_offset: UnixOffset,
     /// When raised, the lane ends.
     pub stop: StopFlag,
 }
@@ -36,7 +40,7 @@ pub struct LaneContext {
 impl LaneContext {
     /// The camera's own settings.
     pub fn settings(&self) -> &Camera {
-        &self.config.camera[self.camera]
+        &self.loaded.config.camera[self.camera]
     }
 }
 

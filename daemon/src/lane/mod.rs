@@ -18,4 +18,4 @@ pub use conditioner::Conditioner;
 pub use core::{Core, CoreCounts, Phase, StepOutput, Taken};
 pub use message::{pose_row, sample_message, status_of, validity_of};
 pub use settings::{LaneSettings, Timing};
-pub use worker::{Published, Worker};
+pub use worker::{Publish, Worker};

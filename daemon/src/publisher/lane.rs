@@ -8,6 +8,7 @@ use lodestone_schema::{CalibratedSample, Pose, ServiceKind};
 
 use super::port::{Port, PublisherError};
 use super::wake::Waker;
+use crate::lane::Publish;
 use crate::reading::HostTime;
 use crate::service::prefault::prefault;
 
@@ -82,8 +83,22 @@ impl LanePublisher {
     }
 }
 
+impl Publish for LanePublisher {
+    fn pose(&mut self, pose: &Pose) -> Option<HostTime> {
+        self.publish_pose(pose)
+    }
+
+    fn sample(&mut self, sample: &CalibratedSample) {
+        self.publish_sample(sample);
+    }
+
+    fn errors(&self) -> u64 {
+        self.errors()
+    }
+}
+
 /// A pose of which nothing is known.
-pub(super) const fn blank_pose() -> Pose {
+pub(crate) const fn blank_pose() -> Pose {
     Pose {
         sequence: 0,
         camera_id: 0,

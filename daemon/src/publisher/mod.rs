@@ -14,6 +14,7 @@ mod side;
 mod wake;
 
 pub use lane::LanePublisher;
+pub(crate) use lane::blank_pose;
 pub use port::PublisherError;
 pub use qos::{MAX_BORROWED, qos_of, sample_bytes};
 pub(crate) use side::blank_health;

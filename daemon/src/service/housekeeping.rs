@@ -15,6 +15,7 @@ use lodestone_schema::transport::Domain;
 use super::overview::{LaneMonitor, Overview};
 use super::prefault::prefault;
 use super::signals::StopFlag;
+use crate::clock::UnixOffset;
 use crate::publisher::{HealthPublisher, PublisherError, TruthPublisher};
 use crate::reading::HostTime;
 use crate::status_board::LaneBoard;
@@ -73,15 +74,17 @@ impl Housekeeping {
         config: &Config,
         lanes: Vec<HousekeptLane>,
         overview: &Overview,
+        unix_offset: &UnixOffset,
     ) -> Result<Self, HousekeepingError> {
         let stop = StopFlag::new();
         let (ready, opened) = sync_channel(1);
         let thread = {
             let (domain, config) = (domain.clone(), config.clone());
             let (overview, stop) = (overview.clone(), stop.clone());
+            let unix_offset = unix_offset.clone();
             thread::Builder::new()
                 .name("housekeeping".into())
-                .spawn(move || serve(&domain, &config, lanes, &overview, &stop, &ready))?
+                .spawn(move || serve(&domain, &config, lanes, &overview, &unix_offset, &stop, &ready))?
         };
         match opened.recv() {
             Ok(Ok(())) => Ok(Self { thread, stop }),
@@ -146,6 +149,7 @@ fn serve(
     config: &Config,
     lanes: Vec<HousekeptLane>,
     overview: &Overview,
+    unix_offset: &UnixOffset,
     stop: &StopFlag,
     ready: &Ready,
 ) {
@@ -162,11 +166,17 @@ fn serve(
     overview.set(kept.iter().map(|lane| lane.monitor.view()).collect());
     // The receiver waits in `start`; if that thread died, the stop flag will not come either.
     if ready.send(Ok(())).is_ok() {
-        keep(&mut kept, &node, overview, stop);
+        keep(&mut kept, &node, overview, unix_offset, stop);
     }
 }
 
-fn keep(kept: &mut [Kept], node: &Node<ipc::Service>, overview: &Overview, stop: &StopFlag) {
+fn keep(
+    kept: &mut [Kept],
+    node: &Node<ipc::Service>,
+    overview: &Overview,
+    unix_offset: &UnixOffset,
+    stop: &StopFlag,
+) {
     let has_truth = kept.iter().any(|lane| lane.truth.is_some());
     let pause = if has_truth { TRUTH_TICK } else { TICK };
     let (mut last_look, mut last_health) = (Instant::now(), Instant::now());
@@ -175,6 +185,7 @@ fn keep(kept: &mut [Kept], node: &Node<ipc::Service>, overview: &Overview, stop:
         kept.iter_mut().for_each(Kept::publish_truth);
         if last_health.elapsed() >= HEALTH_INTERVAL {
             last_health = Instant::now();
+            unix_offset.refresh();
             kept.iter_mut().for_each(Kept::publish_health);
             // Files of consumers that were killed stay until somebody looks.
             node.try_cleanup_dead_nodes();

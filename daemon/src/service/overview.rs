@@ -68,7 +68,7 @@ impl LaneMonitor {
     pub fn end_interval(&mut self, now: HostTime, side_errors: u64) -> Health {
         let seconds = (now.as_nanos() - self.since.as_nanos()) as f64 * 1e-9;
         let latency = self.board.latency.take();
-        let counted = self.board.counters.values();
+        let counted = self.board.counter_values();
         let rate = |new: u64, old: u64| {
             if seconds > 0.0 { new.saturating_sub(old) as f64 / seconds } else { f64::NAN }
         };

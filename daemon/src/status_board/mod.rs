@@ -23,6 +23,10 @@ pub use status::{LaneStatus, SensorStatus};
 pub struct LaneBoard {
     /// What the lane counts.
     pub counters: LaneCounters,
+    /// Reports the driver could not read, or that the device itself calls invalid.
+    pub driver_invalid: Counter,
+    /// Reports the driver kept back because their time stamp repeats.
+    pub driver_duplicates: Counter,
     /// From the arrival of a sample to the publication of its pose, ns.
     pub latency: Histogram,
     /// The latest pose and sensor readings.
@@ -34,6 +38,16 @@ impl LaneBoard {
     /// A board on which nothing is reported yet; the lane is searching.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Every counter, driver and lane taken together.
+    pub fn counter_values(&self) -> CounterValues {
+        let lane = self.counters.values();
+        CounterValues {
+            invalid: lane.invalid + self.driver_invalid.get(),
+            duplicates: lane.duplicates + self.driver_duplicates.get(),
+            ..lane
+        }
     }
 
     /// What the lane is doing.

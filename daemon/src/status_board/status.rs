@@ -3,7 +3,7 @@
 use lodestone_schema::{Pose, Status, Validity};
 
 /// Number of 64-bit words of a [`LaneStatus`].
-pub(super) const WORDS: usize = 21;
+pub(super) const WORDS: usize = 22;
 
 /// What the lane read from the sensors beside the pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +21,8 @@ pub struct SensorStatus {
 pub struct LaneStatus {
     /// Time of validity of the pose, `CLOCK_MONOTONIC`, ns; 0 before the first pose.
     pub time_ns: i64,
+    /// Time of validity of the pose on the sensor's clock, ns.
+    pub sensor_time_ns: i64,
     /// What the lane says about the pose.
     pub status: Status,
     /// Which fields hold usable values.
@@ -51,6 +53,7 @@ impl Default for LaneStatus {
     fn default() -> Self {
         Self {
             time_ns: 0,
+            sensor_time_ns: 0,
             status: Status::empty(),
             validity: Validity::empty(),
             heading_source: 0,
@@ -71,6 +74,7 @@ impl LaneStatus {
         let q = &pose.orientation_covariance_rad2;
         Self {
             time_ns: pose.time_ns,
+            sensor_time_ns: pose.sensor_time_ns,
             status: Status::from_bits_retain(pose.status),
             validity: Validity::from_bits_retain(pose.validity),
             heading_source: pose.heading_source,
@@ -141,6 +145,7 @@ impl LaneStatus {
             self.sensor.temperature_c.to_bits(),
             self.sensor.magnetic_norm_ut.to_bits(),
             self.sensor.clock_drift.to_bits(),
+            self.sensor_time_ns.cast_unsigned(),
         ]
     }
 
@@ -149,6 +154,7 @@ impl LaneStatus {
         let three = |at: usize| [number(at), number(at + 1), number(at + 2)];
         Self {
             time_ns: words[0].cast_signed(),
+            sensor_time_ns: words[21].cast_signed(),
             status: Status::from_bits_retain(words[1] as u32),
             validity: Validity::from_bits_retain(words[2] as u32),
             heading_source: words[3] as u8,

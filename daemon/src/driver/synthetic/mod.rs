@@ -178,6 +178,7 @@ impl SyntheticDriver {
             return;
         }
         sink.push(Reading {
+            epoch: 0,
             sensor_time: self.clock.stamp(slot.time_s),
             arrival: match due {
                 Due::All => self.pace.host_time(slot.due_s),

@@ -1,0 +1,199 @@
+//! A live lane: readings out of the ring, poses into shared memory, news onto the board.
+
+use std::sync::Arc;
+
+use lodestone_fusion::{Refusal, SensorTime};
+use lodestone_schema::{CalibratedSample, LaneState, Pose, Status};
+
+use super::core::{Core, Phase, StepOutput};
+use super::message::{fill_pose, sample_message};
+use super::settings::LaneSettings;
+use crate::clock::{SensorClock, UnixOffset};
+use crate::driver::SourceState;
+use crate::publisher::blank_pose;
+use crate::reading::{HostTime, Reading};
+use crate::status_board::{LaneBoard, LaneStatus, SensorStatus};
+
+/// Where a live lane's messages go.
+pub trait Publish {
+    /// Sends a pose; gives the time at which it was sent, or nothing if it could not be.
+    fn pose(&mut self, pose: &Pose) -> Option<HostTime>;
+
+    /// Sends a calibrated sample.
+    fn sample(&mut self, sample: &CalibratedSample);
+
+    /// Messages that could not be sent so far.
+    fn errors(&self) -> u64;
+}
+
+/// The live lane. Nothing in it waits, locks or allocates after it was made.
+pub struct Worker<P> {
+    core: Core,
+    outlet: Outlet<P>,
+    stale_after_ns: i64,
+    last_arrival: Option<HostTime>,
+    silent: bool,
+    epoch: Option<u32>,
+}
+
+/// What turns steps into messages: clocks, sequence numbers, the publisher and the board.
+struct Outlet<P> {
+    settings: LaneSettings,
+    publisher: P,
+    board: Arc<LaneBoard>,
+    clock: SensorClock,
+    unix_offset: UnixOffset,
+    pose: Pose,
+    samples: u64,
+    sensor: SensorStatus,
+}
+
+impl<P: Publish> Worker<P> {
+    /// A lane that waits for its first reading.
+    ///
+    /// `host_rate` is the number of host seconds in a sensor second: 1 for a device.
+    pub fn new(
+        settings: LaneSettings,
+        publisher: P,
+        board: Arc<LaneBoard>,
+        unix_offset: UnixOffset,
+        host_rate: f64,
+    ) -> Self {
+        let stale_after = settings.timing.stale_after;
+        Self {
+            core: Core::new(&settings),
+            stale_after_ns: i64::try_from(stale_after.as_nanos()).unwrap_or(i64::MAX),
+            last_arrival: None,
+            silent: false,
+            epoch: None,
+            outlet: Outlet {
+                pose: Pose { camera_id: settings.camera_id, ..blank_pose() },
+                settings,
+                publisher,
+                board,
+                clock: SensorClock::new(host_rate),
+                unix_offset,
+                samples: 0,
+                sensor: SensorStatus::default(),
+            },
+        }
+    }
+
+    /// Takes one reading through to its poses.
+    pub fn take(&mut self, reading: &Reading) {
+        let started = HostTime::now();
+        self.last_arrival = Some(reading.arrival);
+        self.silent = false;
+        if self.epoch.replace(reading.epoch).is_some_and(|e| e != reading.epoch) {
+            tracing::warn!(camera = self.outlet.settings.camera, "the source began anew");
+        }
+        let outlet = &mut self.outlet;
+        outlet.clock.observe(reading.sensor_time, reading.arrival, reading.epoch);
+        let calibrated = self.core.is_calibrated();
+        let taken = self.core.take(reading, |step| {
+            outlet.publish(step, reading.arrival, started, calibrated);
+        });
+        if taken.refusal.is_none() {
+            outlet.note_sensor(reading);
+            outlet.publish_sample(&sample_message(&taken.sample, reading.temperature_c, calibrated), reading);
+        }
+        if taken.refusal != Some(Refusal::Duplicate) {
+            outlet.report_state(&self.core);
+        }
+        self.count();
+    }
+
+    /// Looks after the source when the ring is empty: silence makes the pose stale.
+    pub fn watch(&mut self, source: SourceState, now: HostTime) {
+        let silent_ns = self.last_arrival.map(|at| now.as_nanos() - at.as_nanos());
+        let lost = source != SourceState::Streaming;
+        let silent = silent_ns.is_some_and(|ns| ns > self.stale_after_ns);
+        if silent && !self.silent {
+            self.silent = true;
+            self.outlet.publish_stale();
+        }
+        if lost || silent {
+            let state = if self.last_arrival.is_some() { LaneState::Lost } else { LaneState::Searching };
+            self.outlet.board.set_state(state);
+        }
+    }
+
+    fn count(&self) {
+        let counts = self.core.counts();
+        let board = &self.outlet.board.counters;
+        board.samples.set(counts.readings);
+        board.samples_lost.set(counts.lost);
+        board.steps_bridged.set(counts.bridged);
+        board.duplicates.set(counts.duplicates);
+        board.out_of_order.set(counts.out_of_order);
+        board.invalid.set(counts.invalid);
+        board.resets.set(counts.resets.into());
+        board.poses.set(self.outlet.pose.sequence);
+        board.publish_errors.set(self.outlet.publisher.errors());
+    }
+}
+
+impl<P: Publish> Outlet<P> {
+    fn publish(&mut self, step: &StepOutput, arrival: HostTime, started: HostTime, calibrated: bool) {
+        fill_pose(&mut self.pose, step, &self.settings.validity, calibrated);
+        self.pose.time_ns = self.host_time_ns(step.time);
+        self.pose.arrival_time_ns = arrival.as_nanos();
+        self.pose.step_start_time_ns = started.as_nanos();
+        self.pose.step_end_time_ns = HostTime::now().as_nanos();
+        self.pose.unix_offset_ns = self.unix_offset.as_nanos();
+        if let Some(published) = self.publisher.pose(&self.pose) {
+            self.board.latency.record(published.as_nanos() - arrival.as_nanos());
+        }
+        if let Some(norm_ut) = step.estimate.as_ref().and_then(|e| e.magnetic_norm_ut) {
+            self.sensor.magnetic_norm_ut = norm_ut;
+        }
+        self.board.latest.report(&LaneStatus::of(&self.pose, self.sensor));
+        self.pose.sequence += 1;
+    }
+
+    /// The last pose once more, with nothing claimed about it.
+    fn publish_stale(&mut self) {
+        if self.pose.sequence == 0 {
+            return;
+        }
+        let status = Status::from_bits_retain(self.pose.status) | Status::SENSOR_STALE;
+        self.pose.status = (status - Status::STATIONARY).bits();
+        self.pose.validity = 0;
+        self.publisher.pose(&self.pose);
+        self.board.latest.report(&LaneStatus::of(&self.pose, self.sensor));
+        self.pose.sequence += 1;
+    }
+
+    fn publish_sample(&mut self, sample: &CalibratedSample, reading: &Reading) {
+        let message = CalibratedSample {
+            sequence: self.samples,
+            camera_id: self.settings.camera_id,
+            time_ns: self.host_time_ns(reading.sensor_time),
+            arrival_time_ns: reading.arrival.as_nanos(),
+            ..*sample
+        };
+        self.publisher.sample(&message);
+        self.samples += 1;
+    }
+
+    fn note_sensor(&mut self, reading: &Reading) {
+        if let Some(temperature_c) = reading.temperature_c {
+            self.sensor.temperature_c = temperature_c.into();
+        }
+        self.sensor.clock_drift = self.clock.drift();
+    }
+
+    fn report_state(&mut self, core: &Core) {
+        self.pose.reset_counter = core.counts().resets;
+        self.board.set_state(match core.phase() {
+            Phase::Aligning(_) => LaneState::Aligning,
+            Phase::Running if core.is_degraded() => LaneState::Degraded,
+            Phase::Running => LaneState::Running,
+        });
+    }
+
+    fn host_time_ns(&mut self, taken: SensorTime) -> i64 {
+        // There is an arrival before there is a step.
+        self.clock.host_time(taken).map_or(0, HostTime::as_nanos)
+    }
+}

@@ -1,0 +1,121 @@
+//! One camera's lane, wired: driver → ring → worker → publisher, on one thread or two.
+
+use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
+
+use lodestone_config::model::Threads;
+
+use crate::commands::supervision::{LaneContext, LaneFailure, LaneThread, Ready, StartedLane};
+use crate::driver::{Driver, SourceState};
+use crate::lane::{LaneSettings, Publish, Worker};
+use crate::publisher::LanePublisher;
+use crate::reading::HostTime;
+use crate::ring::{Consumer, Producer, ring};
+use crate::source::{Source, open};
+use crate::status_board::LaneBoard;
+
+/// Longest wait for a sample before the lane looks after itself; well below the time after which
+/// silence counts as stale.
+const PATIENCE: Duration = Duration::from_millis(20);
+
+/// Starts the lane of one camera; returns once its services are open.
+///
+/// # Errors
+/// [`LaneFailure`] names what could not be opened.
+pub fn start(context: LaneContext) -> Result<StartedLane, LaneFailure> {
+    let Source { driver, truth, host_rate } = open(&context).map_err(LaneFailure::of)?;
+    let handle = LaneThread::start(context, move |c, ready| run(c, driver, host_rate, ready))?;
+    Ok(StartedLane { handle: Box::new(handle), truth })
+}
+
+/// The lane's body, on its own thread: iceoryx2's ports stay on the thread that made them.
+fn run(
+    context: &LaneContext,
+    driver: Box<dyn Driver>,
+    host_rate: f64,
+    ready: Ready,
+) -> Result<(), LaneFailure> {
+    let (config, camera) = (&context.loaded.config, context.settings());
+    let calibration = context.loaded.calibration(camera).map_err(LaneFailure::of)?;
+    let info = driver.info();
+    tracing::info!(camera = camera.name, source = info.description, "lane starts");
+    let settings = LaneSettings::new(
+        config,
+        context.camera,
+        camera,
+        calibration.as_ref(),
+        info.nominal_rate_hz,
+    );
+    let publisher = LanePublisher::open(&context.domain, &config.shared_memory, &camera.name)
+        .map_err(LaneFailure::of)?;
+    let board = Arc::clone(&context.board);
+    let worker = Worker::new(settings, publisher, board, context.unix_offset.clone(), host_rate);
+    let (producer, consumer) = ring(config.lane.ring_capacity);
+    ready.tell();
+    match config.lane.threads {
+        Threads::One => {
+            run_on_one_thread(context, driver, producer, consumer, worker);
+            Ok(())
+        }
+        Threads::Two => run_on_two_threads(context, driver, producer, consumer, worker),
+    }
+}
+
+/// Reads, steps and publishes in turn: no hand-over to wait for.
+fn run_on_one_thread<P: Publish>(
+    context: &LaneContext,
+    mut driver: Box<dyn Driver>,
+    mut producer: Producer,
+    mut consumer: Consumer,
+    mut worker: Worker<P>,
+) {
+    while !context.stop.is_raised() {
+        let state = driver.poll(PATIENCE, &mut producer);
+        while let Some(reading) = consumer.pop() {
+            worker.take(&reading);
+        }
+        count(&*driver, &producer, &context.board);
+        worker.watch(state, HostTime::now());
+        if state == SourceState::Ended {
+            break;
+        }
+    }
+}
+
+/// The driver fills the ring on a thread of its own, so a stalled publisher loses no samples that
+/// the ring can hold; each sample pays for a wake-up.
+fn run_on_two_threads<P: Publish>(
+    context: &LaneContext,
+    mut driver: Box<dyn Driver>,
+    mut producer: Producer,
+    mut consumer: Consumer,
+    mut worker: Worker<P>,
+) -> Result<(), LaneFailure> {
+    let (stop, board) = (context.stop.clone(), Arc::clone(&context.board));
+    let read = move || {
+        let mut state = SourceState::Streaming;
+        while !stop.is_raised() && state != SourceState::Ended {
+            state = driver.poll(PATIENCE, &mut producer);
+            count(&*driver, &producer, &board);
+        }
+    };
+    let name = format!("driver-{}", context.settings().name);
+    let reader = thread::Builder::new().name(name).spawn(read).map_err(LaneFailure::of)?;
+    while !(consumer.is_closed() && consumer.is_empty()) {
+        consumer.wait(PATIENCE);
+        while let Some(reading) = consumer.pop() {
+            worker.take(&reading);
+        }
+        worker.watch(SourceState::Streaming, HostTime::now());
+    }
+    reader.join().map_err(|_| LaneFailure::Panic("the driver's thread".into()))
+}
+
+fn count(driver: &dyn Driver, producer: &Producer, board: &LaneBoard) {
+    let (driver, ring) = (driver.counters(), producer.monitor().counters());
+    board.counters.ring_dropped.set(ring.dropped);
+    board.counters.reconnects.set(driver.reconnects);
+    board.driver_invalid.set(driver.malformed + driver.marked_invalid);
+    board.driver_duplicates.set(driver.duplicates);
+}
