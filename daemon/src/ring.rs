@@ -185,8 +185,8 @@ mod tests {
 
     fn reading(sequence: u64) -> Reading {
         Reading {
-            sensor_time: SensorTime::from_nanos(sequence as i64),
-            arrival: HostTime::from_nanos(sequence as i64),
+            sensor_time: SensorTime::from_nanos(sequence.cast_signed()),
+            arrival: HostTime::from_nanos(sequence.cast_signed()),
             gyro: Gyro::new(DVec3::splat(sequence as f64)),
             accel: Accel::new(DVec3::ZERO),
             mag: None,
@@ -198,7 +198,7 @@ mod tests {
 
     /// The sequence number, after a look that the reading is of one piece.
     fn sequence(reading: &Reading) -> u64 {
-        let sequence = reading.sensor_time.as_nanos() as u64;
+        let sequence = reading.sensor_time.as_nanos().cast_unsigned();
         assert_eq!(*reading, self::reading(sequence), "torn reading");
         sequence
     }
@@ -244,7 +244,7 @@ mod tests {
             let closed = consumer.is_closed();
             while let Some(reading) = consumer.pop() {
                 popped.push(sequence(&reading));
-                if popped.len() as u64 % stall_every == 0 {
+                if (popped.len() as u64).is_multiple_of(stall_every) {
                     thread::yield_now();
                 }
             }
@@ -262,7 +262,7 @@ mod tests {
         let loop_thread = thread::spawn(move || consume(consumer, 64));
         for n in 0..count {
             producer.push(reading(n));
-            if n % pause_every == 0 {
+            if n.is_multiple_of(pause_every) {
                 thread::yield_now();
             }
         }

@@ -1,3 +1,5 @@
+#![allow(clippy::float_cmp, reason = "values that pass through unchanged")]
+
 use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -53,11 +53,12 @@ mod tests {
     use super::*;
     use crate::reading::HostTime;
 
+    /// UNIX time may be slewed meanwhile, and a bracket is as wide as the scheduler lets it.
+    const TOLERANCE_NS: i64 = 50_000_000;
+
     #[test]
     fn monotonic_plus_offset_lies_between_two_readings_of_unix_time() {
         let unix = || SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_nanos() as i64;
-        // UNIX time may be slewed meanwhile, and a bracket is as wide as the scheduler lets it.
-        const TOLERANCE_NS: i64 = 50_000_000;
         let earlier = unix();
         let offset = unix_offset_ns();
         let mapped = HostTime::now().as_nanos() + offset;

@@ -12,8 +12,7 @@ const NANOS_PER_SECOND: i64 = 1_000_000_000;
 pub(super) fn seconds_to_nanos(text: &[u8]) -> Option<i64> {
     let (negative, digits) = match text {
         [b'-', rest @ ..] => (true, rest),
-        [b'+', rest @ ..] => (false, rest),
-        rest => (false, rest),
+        [b'+', rest @ ..] | rest => (false, rest),
     };
     let magnitude = plain(digits).or_else(|| with_exponent(digits))?;
     Some(if negative { -magnitude } else { magnitude })

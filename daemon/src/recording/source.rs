@@ -61,7 +61,9 @@ fn is_zstd(start: &[u8]) -> bool {
 
 /// Decompresses all frames of a stream, one after the other, and checks their checksums.
 ///
-/// `ruzstd`'s own streaming decoder ends after the first frame and ignores the checksum.
+/// `ruzstd`'s own streaming decoder ends after the first frame and ignores the checksum. Its frame
+/// decoder keeps back what the frame's window may still refer to (up to 8 MiB at usual levels):
+/// where the data are cut short, so much of what precedes the cut is lost with them.
 pub(super) struct ZstdFrames<R> {
     source: R,
     decoder: FrameDecoder,

@@ -1,3 +1,5 @@
+#![allow(clippy::float_cmp, reason = "values that pass through unchanged")]
+
 use std::fmt::Write as _;
 use std::path::PathBuf;
 

@@ -1,3 +1,5 @@
+#![allow(clippy::float_cmp, reason = "values that pass through unchanged")]
+
 use std::fmt::Write as _;
 
 use tempfile::TempDir;
@@ -105,10 +107,10 @@ fn repeating_counts_epochs_and_goes_on_in_time() {
     while readings.len() < 30 {
         assert_eq!(driver.poll(Duration::ZERO, &mut readings), SourceState::Streaming);
     }
-    for (at, reading) in readings.iter().enumerate() {
-        assert_eq!(reading.epoch, at as u32 / 10);
-        assert_eq!(reading.gyro.vector.x, (at % 10) as f64);
-        assert_eq!(reading.arrival.as_nanos(), 10_000_000_000 + at as i64 * 1_000_000);
+    for (at, reading) in (0_u32..).zip(&readings) {
+        assert_eq!(reading.epoch, at / 10);
+        assert_eq!(reading.gyro.vector.x, f64::from(at % 10));
+        assert_eq!(reading.arrival.as_nanos(), 10_000_000_000 + i64::from(at) * 1_000_000);
     }
 }
 
