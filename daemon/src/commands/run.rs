@@ -11,7 +11,7 @@ use tracing::info;
 use super::supervision::{LaneContext, LaneFailure, Lanes, StartedLane};
 use crate::cli::RunArgs;
 use crate::console::Console;
-use crate::service::housekeeping::{HousekeptLane, Housekeeping, HousekeepingError};
+use crate::service::housekeeping::{Housekeeping, HousekeepingError, HousekeptLane};
 use crate::service::instance::{InstanceError, InstanceLock};
 use crate::service::overview::Overview;
 use crate::service::signals::StopFlag;

@@ -35,9 +35,12 @@ type Row = [String; COLUMNS.len()];
 
 fn align(row: &Row, widths: &[usize; COLUMNS.len()]) -> String {
     let cells = row.iter().zip(widths).zip(COLUMNS);
-    let cells = cells.map(|((cell, &width), (_, from_left))| {
-        if from_left { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
-    });
+    let cells =
+        cells.map(
+            |((cell, &width), (_, from_left))| {
+                if from_left { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+            },
+        );
     cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
 }
 
@@ -177,9 +180,11 @@ mod tests {
     #[test]
     fn columns_stand_under_their_titles() {
         let lines = render(&[view("a"), running()]);
-        let at = |line: &str, text: &str| line.chars().count() - {
-            let byte = line.find(text).unwrap();
-            line[byte..].chars().count()
+        let at = |line: &str, text: &str| {
+            line.chars().count() - {
+                let byte = line.find(text).unwrap();
+                line[byte..].chars().count()
+            }
         };
         assert_eq!(at(&lines[0], "state"), at(&lines[1], "searching"));
         assert_eq!(at(&lines[0], "state"), at(&lines[2], "running"));

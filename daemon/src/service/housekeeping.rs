@@ -117,7 +117,9 @@ impl Kept {
     ) -> Result<Self, PublisherError> {
         let (settings, name) = (&config.shared_memory, &config.camera[lane.camera].name);
         let health = HealthPublisher::open(node, settings, name)?;
-        let with_port = |provider| Ok::<_, PublisherError>((TruthPublisher::open(node, settings, name)?, provider));
+        let with_port = |provider| {
+            Ok::<_, PublisherError>((TruthPublisher::open(node, settings, name)?, provider))
+        };
         let truth = lane.truth.map(with_port).transpose()?;
         let monitor = LaneMonitor::new(config, lane.camera, lane.board, HostTime::now());
         Ok(Self { monitor, health, truth })

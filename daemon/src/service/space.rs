@@ -117,8 +117,7 @@ pub fn ensure(needed: u64, prefix: &str) -> Result<(), SpaceError> {
 }
 
 fn ensure_in(directory: &Path, needed: u64, prefix: &str) -> Result<(), SpaceError> {
-    let failed =
-        |source| SpaceError::Io { directory: directory.display().to_string(), source };
+    let failed = |source| SpaceError::Io { directory: directory.display().to_string(), source };
     match reserve_once(directory, needed, prefix) {
         Ok(()) => Ok(()),
         Err(e) if is_full(&e) => Err(SpaceError::TooLittle {
