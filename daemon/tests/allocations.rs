@@ -80,6 +80,9 @@ fn a_message_costs_the_one_allocation_of_iceoryx2_and_reporting_costs_none() {
         assert_eq!(poses, (1000, 1000));
         assert_eq!(samples, (1000, 1000));
         assert_eq!(reports, (0, 0));
-        assert!(counted(|| drop(std::hint::black_box(Box::new(1)))) == (1, 1), "the counter counts");
+        assert!(
+            counted(|| drop(std::hint::black_box(Box::new(1)))) == (1, 1),
+            "the counter counts"
+        );
     });
 }

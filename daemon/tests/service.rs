@@ -8,9 +8,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use common::{
-    child, in_child, is_child, on_small_shm, own_domain, pose, said, shared_memory_files, small,
+    child, child_on_small_shm, in_child, is_child, on_small_shm, own_domain, pose, said,
+    shared_memory_files, small,
 };
-use lodestone_config::model::{Camera, Config, SharedMemory};
+use lodestone_config::model::{Camera, Config, DriverKind, SharedMemory};
 use lodestone_daemon::cli::RunArgs;
 use lodestone_daemon::commands::run::run;
 use lodestone_daemon::commands::supervision::{
@@ -20,6 +21,7 @@ use lodestone_daemon::console::Console;
 use lodestone_daemon::logging;
 use lodestone_daemon::publisher::LanePublisher;
 use lodestone_daemon::service::housekeeping::TruthProvider;
+use lodestone_daemon::service::space::needed_bytes;
 use lodestone_daemon::status_board::{LaneStatus, SensorStatus};
 use lodestone_schema::transport::{Domain, open_for_reading};
 use lodestone_schema::{Health, LaneState, Pose, ServiceKind};
@@ -36,13 +38,7 @@ fn play_the_daemon() {
         return;
     }
     let text = |key: &str| std::env::var(key).unwrap_or_default();
-    let shared_memory = SharedMemory { prefix: text("PREFIX"), root: text("ROOT"), ..small() };
-    let camera = |name: &str| Camera { name: name.into(), serial: 7, ..Camera::default() };
-    let config = Config {
-        camera: vec![camera("front"), camera("rear")],
-        shared_memory,
-        ..Config::default()
-    };
+    let config = configured(SharedMemory { prefix: text("PREFIX"), root: text("ROOT"), ..small() });
     let duration = text("DURATION").parse().ok().map(Duration::from_secs_f64);
     logging::init(None, None).unwrap();
     let result = run(config, &RunArgs { duration }, Console::choose(), start_lane);
@@ -50,6 +46,16 @@ fn play_the_daemon() {
         eprintln!("lodestoned: {e}");
     }
     std::process::exit(result.map_or_else(|e| e.exit_code().into(), |()| 0));
+}
+
+fn configured(shared_memory: SharedMemory) -> Config {
+    let camera = |name: &str| Camera {
+        name: name.into(),
+        serial: 7,
+        driver: DriverKind::Synthetic,
+        ..Camera::default()
+    };
+    Config { camera: vec![camera("front"), camera("rear")], shared_memory, ..Config::default() }
 }
 
 fn start_lane(context: LaneContext) -> Result<StartedLane, LaneFailure> {
@@ -74,6 +80,9 @@ fn lane(context: &LaneContext, ready: Ready) -> Result<(), LaneFailure> {
         LanePublisher::open(&context.domain, settings, name).map_err(LaneFailure::of)?;
     ready.tell();
     context.board.set_state(LaneState::Running);
+    while mishap == "deaf" {
+        std::thread::sleep(Duration::from_millis(10));
+    }
     for n in 0.. {
         if context.stop.is_raised() || (mishap == "end" && n > 20) {
             break;
@@ -103,7 +112,11 @@ struct Serving {
 
 impl Serving {
     fn start(domain: &Domain) -> Self {
-        let mut child = daemon(domain).spawn().unwrap();
+        Self::start_with(domain, "")
+    }
+
+    fn start_with(domain: &Domain, mishap: &str) -> Self {
+        let mut child = daemon(domain).env("MISHAP", mishap).spawn().unwrap();
         let mut log = BufReader::new(child.stderr.take().unwrap());
         let mut heard = String::new();
         while !heard.contains("serving 2 cameras") {
@@ -192,6 +205,43 @@ fn the_end_of_every_source_is_a_good_end() {
     let output = run_with("end");
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     assert!(said(&output).contains("every source ended"), "{}", said(&output));
+}
+
+#[test]
+fn a_second_signal_ends_it_at_once_even_if_a_lane_does_not_listen() {
+    let (domain, _guard) = own_domain("deaf");
+    let daemon = Serving::start_with(&domain, "deaf");
+    daemon.signal(Signal::INT);
+    // A signal that comes before the first was handled would merge with it.
+    await_some(|| is_handled(&daemon.child).then_some(()));
+    daemon.signal(Signal::INT);
+    assert_eq!(daemon.ended().0, Some(130));
+}
+
+/// Whether no SIGINT waits to be delivered.
+fn is_handled(child: &Child) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+    let pending = status.lines().find_map(|line| line.strip_prefix("ShdPnd:")).unwrap();
+    u64::from_str_radix(pending.trim(), 16).unwrap() & 0b10 == 0
+}
+
+#[test]
+fn a_daemon_killed_again_and_again_does_not_eat_up_shared_memory() {
+    const NAME: &str = "a_daemon_killed_again_and_again_does_not_eat_up_shared_memory";
+    if is_child(NAME) {
+        let (domain, _guard) = own_domain("lives");
+        for _ in 0..4 {
+            let daemon = Serving::start(&domain);
+            daemon.signal(Signal::KILL);
+            daemon.ended();
+        }
+        return;
+    }
+    // Room for one daemon, not for two.
+    let room = needed_bytes(&configured(small())) * 3 / 2;
+    let Some(mut child) = child_on_small_shm(NAME, room) else { return };
+    let output = child.output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
 }
 
 #[test]

@@ -15,6 +15,7 @@ use lodestone_schema::transport::Domain;
 use super::overview::{LaneMonitor, Overview};
 use super::prefault::prefault;
 use super::signals::StopFlag;
+use super::space::SpaceWatch;
 use crate::publisher::{HealthPublisher, PublisherError, TruthPublisher};
 use crate::reading::HostTime;
 use crate::status_board::LaneBoard;
@@ -171,6 +172,7 @@ fn serve(
 fn keep(kept: &mut [Kept], node: &Node<ipc::Service>, overview: &Overview, stop: &StopFlag) {
     let has_truth = kept.iter().any(|lane| lane.truth.is_some());
     let pause = if has_truth { TRUTH_TICK } else { TICK };
+    let mut space = SpaceWatch::default();
     let (mut last_look, mut last_health) = (Instant::now(), Instant::now());
     while !stop.is_raised() {
         thread::sleep(pause);
@@ -180,6 +182,7 @@ fn keep(kept: &mut [Kept], node: &Node<ipc::Service>, overview: &Overview, stop:
             kept.iter_mut().for_each(Kept::publish_health);
             // Files of consumers that were killed stay until somebody looks.
             node.try_cleanup_dead_nodes();
+            space.look();
         }
         if last_look.elapsed() >= TICK {
             last_look = Instant::now();
