@@ -1,4 +1,5 @@
 //! Publishers and consumers in real shared memory, each test in a process and domain of its own.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
 

@@ -47,7 +47,8 @@ impl Console {
     pub fn show(&mut self, views: &[LaneView]) {
         match self {
             Self::Table(screen, lines) => {
-                screen.draw(&lines.take(), &render(views), terminal_width());
+                let width = terminal_width();
+                screen.draw(&lines.take(), &render(views, width), width);
             }
             Self::Log(journal) => journal.note(views, std::time::Instant::now()),
         }
