@@ -332,6 +332,26 @@ fn the_daemon_does_not_start_on_a_full_shared_memory_and_says_what_it_needs() {
 }
 
 #[test]
+fn it_says_the_same_if_its_own_directory_lies_on_the_full_file_system() {
+    let Some(mut small) = on_small_shm(1 << 20) else { return };
+    let directory = tempfile::tempdir().unwrap();
+    let file = configuration(directory.path());
+    let text = std::fs::read_to_string(&file).unwrap();
+    let root = directory.path().join("root").display().to_string();
+    std::fs::write(&file, text.replace(&root, "/dev/shm/root")).unwrap();
+    // Less than a page is left: not even the lock file's text finds room.
+    let fill = "head -c 2M /dev/zero > /dev/shm/filler 2>/dev/null; exec \"$0\" \"$@\"";
+    let output = small
+        .args(["sh", "-c", fill, env!("CARGO_BIN_EXE_lodestoned"), "run", "--config"])
+        .arg(&file)
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("MiB in /dev/shm, 0 MiB free"), "{message}");
+}
+
+#[test]
 fn wrong_usage_and_wrong_configurations_end_with_2() {
     let directory = tempfile::tempdir().unwrap();
     let broken = directory.path().join("broken.toml");

@@ -104,7 +104,13 @@ impl InstanceLock {
             }
             Err(errno) => return Err(refused(root, &path, errno.into())),
         }
-        write(&mut file).map_err(|source| refused(root, &path, source))?;
+        match write(&mut file) {
+            Ok(()) => {}
+            // The lock holds without a description. A root on /dev/shm is full together with
+            // the memory, and the check that follows says what is needed.
+            Err(e) if e.kind() == io::ErrorKind::StorageFull => {}
+            Err(source) => return Err(refused(root, &path, source)),
+        }
         Ok(Self { _file: file })
     }
 }
