@@ -18,7 +18,9 @@ const MOST_LINES: usize = 1000;
 #[derive(Debug, thiserror::Error)]
 pub enum LoggingError {
     /// The filter cannot be read.
-    #[error("cannot read the log filter {filter:?} ({origin}): {what}; for example: info, or lodestone_daemon=debug,warn")]
+    #[error(
+        "cannot read the log filter {filter:?} ({origin}): {what}; for example: info, or lodestone_daemon=debug,warn"
+    )]
     Filter {
         /// What was given.
         filter: String,

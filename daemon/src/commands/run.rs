@@ -13,8 +13,9 @@ use super::supervision::{LaneContext, LaneFailure, Lanes, StartedLane};
 use crate::cli::RunArgs;
 use crate::clock::UnixOffset;
 use crate::console::Console;
-use crate::service::housekeeping::{HousekeptLane, Housekeeping, HousekeepingError};
+use crate::service::housekeeping::{Housekeeping, HousekeepingError, HousekeptLane};
 use crate::service::instance::{InstanceError, InstanceLock};
+use crate::service::leftovers;
 use crate::service::overview::Overview;
 use crate::service::signals::StopFlag;
 use crate::service::space::{self, SpaceError};
@@ -69,8 +70,8 @@ impl RunError {
 
 /// Runs until a signal, the end of the duration, the end of every source, or a failure.
 ///
-/// `start` starts one camera's lane and returns when it is ready. Start order: lock, space,
-/// domain, lanes, housekeeping, console; back in reverse, but housekeeping outlives the lanes, so
+/// `start` starts one camera's lane and returns when it is ready. Start order: lock, leftovers of
+/// killed processes, space, lanes, housekeeping, console; back in reverse, but housekeeping outlives the lanes, so
 /// that the last health message says that they ended.
 ///
 /// # Errors
@@ -122,8 +123,10 @@ fn prepare(config: &Config) -> Result<(Domain, InstanceLock), RunError> {
     }
     let settings = &config.shared_memory;
     let domain = Domain { prefix: settings.prefix.clone(), root: settings.root.clone() };
-    domain.enter()?;
+    let entered = domain.enter()?;
     let lock = InstanceLock::acquire(&domain.root)?;
+    // A killed predecessor's memory would count as taken.
+    leftovers::clear(entered);
     space::ensure(space::needed_bytes(config), &domain.prefix)?;
     Ok((domain, lock))
 }

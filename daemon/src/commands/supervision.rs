@@ -127,9 +127,9 @@ impl LaneThread {
                 stop.raise();
                 Err(LaneFailure::NotReady)
             }
-            Err(RecvTimeoutError::Disconnected) => Box::new(Self(thread)).join().and_then(|()| {
-                Err(LaneFailure::of("it ended before it was ready"))
-            }),
+            Err(RecvTimeoutError::Disconnected) => Box::new(Self(thread))
+                .join()
+                .and_then(|()| Err(LaneFailure::of("it ended before it was ready"))),
         }
     }
 }
@@ -186,7 +186,10 @@ impl Lanes {
         self.join_if(|_| true)
     }
 
-    fn join_if(&mut self, wanted: fn(&dyn LaneHandle) -> bool) -> Result<(), (String, LaneFailure)> {
+    fn join_if(
+        &mut self,
+        wanted: fn(&dyn LaneHandle) -> bool,
+    ) -> Result<(), (String, LaneFailure)> {
         let mut result = Ok(());
         for (camera, lane) in &mut self.0 {
             let Some(handle) = lane.take_if(|lane| wanted(&**lane)) else { continue };

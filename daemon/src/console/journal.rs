@@ -27,7 +27,9 @@ impl Journal {
         let last = *self.last.get_or_insert(now);
         if now.duration_since(last) >= INTERVAL {
             self.last = Some(now);
-            views.iter().for_each(|view| info!("{}", summary(view)));
+            for view in views {
+                info!("{}", summary(view));
+            }
         }
     }
 

@@ -8,6 +8,8 @@ pub use journal::Journal;
 pub use screen::Screen;
 pub use table::render;
 
+use rustix::termios::isatty;
+
 use crate::logging::LogLines;
 use crate::service::overview::LaneView;
 
@@ -20,22 +22,24 @@ pub enum Console {
 }
 
 impl Console {
-    /// The table if standard output is a terminal, else the log.
+    /// The table if standard output is a terminal that can move its cursor, else the log.
     ///
     /// Give [`Console::log_lines`] to [`crate::logging::init`].
     pub fn choose() -> Self {
-        if rustix::termios::isatty(rustix::stdio::stdout()) {
+        let dumb = std::env::var_os("TERM").is_none_or(|term| term.is_empty() || term == "dumb");
+        if isatty(rustix::stdio::stdout()) && !dumb {
             Self::Table(Screen::new(std::io::stdout()), LogLines::default())
         } else {
             Self::Log(Journal::default())
         }
     }
 
-    /// Where log lines must go so that they do not break the table; `None` for standard error.
-    pub const fn log_lines(&self) -> Option<&LogLines> {
+    /// Where log lines must go so that they do not break the table; `None` for standard error,
+    /// also where that is not the terminal.
+    pub fn log_lines(&self) -> Option<&LogLines> {
         match self {
-            Self::Table(_, lines) => Some(lines),
-            Self::Log(_) => None,
+            Self::Table(_, lines) if isatty(rustix::stdio::stderr()) => Some(lines),
+            _ => None,
         }
     }
 
@@ -43,7 +47,8 @@ impl Console {
     pub fn show(&mut self, views: &[LaneView]) {
         match self {
             Self::Table(screen, lines) => {
-                screen.draw(&lines.take(), &render(views), terminal_width());
+                let width = terminal_width();
+                screen.draw(&lines.take(), &render(views, width), width);
             }
             Self::Log(journal) => journal.note(views, std::time::Instant::now()),
         }

@@ -22,8 +22,12 @@ impl<W: Write> Screen<W> {
     /// of the block are clipped to `width` columns, since a wrapped line would break the count.
     pub fn draw(&mut self, log: &[String], block: &[String], width: usize) {
         let mut text = self.back_to_start();
-        log.iter().for_each(|line| push_line(&mut text, line));
-        block.iter().for_each(|line| push_line(&mut text, &clip(line, width)));
+        for line in log {
+            push_line(&mut text, line);
+        }
+        for line in block {
+            push_line(&mut text, &clip(line, width));
+        }
         self.drawn = block.len();
         self.write(&text);
     }
@@ -31,7 +35,9 @@ impl<W: Write> Screen<W> {
     /// Leaves the block where it is and prints the last log lines below it.
     pub fn finish(&mut self, log: &[String]) {
         let mut text = String::new();
-        log.iter().for_each(|line| push_line(&mut text, line));
+        for line in log {
+            push_line(&mut text, line);
+        }
         self.drawn = 0;
         self.write(&text);
     }

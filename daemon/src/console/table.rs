@@ -5,40 +5,68 @@ use lodestone_schema::{LaneState, Status, Validity};
 use crate::service::overview::LaneView;
 use crate::status_board::LaneStatus;
 
-/// Column titles and whether a column reads from the left.
-const COLUMNS: [(&str, bool); 11] = [
-    ("camera", true),
-    ("state", true),
-    ("Hz", false),
-    ("p50/p99 µs", false),
-    ("heading °", false),
-    ("roll/pitch °", false),
-    ("position x y z m", false),
-    ("motion", true),
-    ("field", true),
-    ("dropped", false),
-    ("errors", false),
+/// Column titles, whether a column reads from the left, and its usual width, so that columns do
+/// not move with every digit.
+const COLUMNS: [(&str, bool, usize); 11] = [
+    ("camera", true, 6),
+    ("state", true, 9),
+    ("Hz", false, 6),
+    ("p50/p99 µs", false, 12),
+    ("heading °", false, 13),
+    ("roll/pitch °", false, 12),
+    ("motion", true, 6),
+    ("field", true, 9),
+    ("dropped", false, 7),
+    ("errors", false, 6),
+    ("position x y z m", false, 26),
 ];
 
-/// The table's lines: a title, a line for each lane, an explanation.
-pub fn render(views: &[LaneView]) -> Vec<String> {
-    let titles = COLUMNS.map(|(title, _)| title.to_owned());
+const GAP: &str = "  ";
+
+const LEGEND: &str =
+    "± is one standard deviation; heading is clockwise from north; (not valid); ctrl-c stops";
+
+/// The table's lines: titles, a line for each lane, an explanation.
+///
+/// Columns that do not fit into the terminal's `width` follow in further blocks below, each of
+/// which begins with the camera.
+pub fn render(views: &[LaneView], width: usize) -> Vec<String> {
+    let titles = COLUMNS.map(|(title, ..)| title.to_owned());
     let rows: Vec<_> = core::iter::once(titles).chain(views.iter().map(row)).collect();
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
-    let widths: [usize; COLUMNS.len()] = core::array::from_fn(|column| width(column).unwrap_or(0));
-    let mut lines: Vec<_> = rows.iter().map(|row| align(row, &widths)).collect();
-    lines.push("± is one standard deviation; heading is clockwise from north; ctrl-c stops".into());
-    lines
+    let widest = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
+    let widths: Widths =
+        core::array::from_fn(|column| COLUMNS[column].2.max(widest(column).unwrap_or_default()));
+    let blocks = blocks(&widths, width);
+    let lines = blocks.iter().flat_map(|block| rows.iter().map(|row| align(row, &widths, block)));
+    lines.chain([LEGEND.to_owned()]).collect()
 }
 
 type Row = [String; COLUMNS.len()];
+type Widths = [usize; COLUMNS.len()];
 
-fn align(row: &Row, widths: &[usize; COLUMNS.len()]) -> String {
-    let cells = row.iter().zip(widths).zip(COLUMNS);
-    let cells = cells.map(|((cell, &width), (_, from_left))| {
-        if from_left { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+/// Which columns stand in which block.
+fn blocks(widths: &Widths, width: usize) -> Vec<Vec<usize>> {
+    let mut blocks = vec![vec![0]];
+    let mut used = widths[0];
+    for (column, wide) in widths.iter().enumerate().skip(1) {
+        if used + GAP.len() + wide > width && blocks.last().is_some_and(|block| block.len() > 1) {
+            blocks.push(vec![0]);
+            used = widths[0];
+        }
+        used += GAP.len() + wide;
+        if let Some(block) = blocks.last_mut() {
+            block.push(column);
+        }
+    }
+    blocks
+}
+
+fn align(row: &Row, widths: &Widths, block: &[usize]) -> String {
+    let cells = block.iter().map(|&column| {
+        let (cell, width) = (&row[column], widths[column]);
+        if COLUMNS[column].1 { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
     });
-    cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
+    cells.collect::<Vec<_>>().join(GAP).trim_end().to_owned()
 }
 
 fn row(view: &LaneView) -> Row {
@@ -52,11 +80,11 @@ fn row(view: &LaneView) -> Row {
         format!("{}/{}", micros(health.latency_p50_s), micros(health.latency_p99_s)),
         heading(status),
         tilt(status),
-        position(status),
         motion(status).into(),
         field(status).into(),
         dropped.to_string(),
         errors.to_string(),
+        position(status),
     ]
 }
 
@@ -158,16 +186,18 @@ mod tests {
         view
     }
 
+    const WIDE: usize = 200;
+
     #[test]
     fn what_is_unknown_is_a_dash_and_never_zero() {
-        let lines = render(&[view("front")]);
+        let lines = render(&[view("front")], WIDE);
         let cells: Vec<_> = lines[1].split_whitespace().collect();
-        assert_eq!(cells, ["front", "searching", "-", "-/-", "-", "-", "-", "-", "-", "0", "0"]);
+        assert_eq!(cells, ["front", "searching", "-", "-/-", "-", "-", "-", "-", "0", "0", "-"]);
     }
 
     #[test]
     fn a_running_lane_shows_its_values_and_brackets_what_is_not_valid() {
-        let line = &render(&[running()])[1];
+        let line = &render(&[running()], WIDE)[1];
         for shown in ["running", "400.0", "21.4/-", "90.0 ± 0.0", "still", "disturbed", " 7 "] {
             assert!(line.contains(shown), "{shown:?} in {line:?}");
         }
@@ -176,12 +206,23 @@ mod tests {
 
     #[test]
     fn columns_stand_under_their_titles() {
-        let lines = render(&[view("a"), running()]);
-        let at = |line: &str, text: &str| line.chars().count() - {
-            let byte = line.find(text).unwrap();
-            line[byte..].chars().count()
-        };
+        let lines = render(&[view("a"), running()], WIDE);
+        let at = |line: &str, text: &str| line[..line.find(text).unwrap()].chars().count();
         assert_eq!(at(&lines[0], "state"), at(&lines[1], "searching"));
-        assert_eq!(at(&lines[0], "state"), at(&lines[2], "running"));
+        assert_eq!(at(&lines[0], "field"), at(&lines[2], "disturbed"));
+    }
+
+    #[test]
+    fn a_narrow_terminal_shows_every_column_in_further_blocks() {
+        let wide = render(&[running()], WIDE);
+        for width in [20, 40, 80, 100] {
+            let narrow = render(&[running()], width);
+            assert!(narrow.len() > wide.len(), "{width}");
+            let titles = narrow.join("\n");
+            assert!(COLUMNS.iter().all(|(title, ..)| titles.contains(title)), "{titles}");
+            let table = narrow.iter().take(narrow.len() - 1);
+            let fits = |line: &String| line.chars().count() <= width.max(6 + 2 + 26);
+            assert!(table.clone().all(fits), "{titles}");
+        }
     }
 }

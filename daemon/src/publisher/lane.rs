@@ -23,7 +23,7 @@ pub struct LanePublisher {
     pose: Port<Pose>,
     sample: Option<Port<CalibratedSample>>,
     waker: Option<Waker>,
-    // Last: ports must go before their node.
+    // Stays listed, under this lane's name, as long as its ports.
     _node: Node<ipc::Service>,
 }
 

@@ -15,6 +15,7 @@ use lodestone_schema::transport::Domain;
 use super::overview::{LaneMonitor, Overview};
 use super::prefault::prefault;
 use super::signals::StopFlag;
+use super::space::SpaceWatch;
 use crate::clock::UnixOffset;
 use crate::publisher::{HealthPublisher, PublisherError, TruthPublisher};
 use crate::reading::HostTime;
@@ -120,7 +121,9 @@ impl Kept {
     ) -> Result<Self, PublisherError> {
         let (settings, name) = (&config.shared_memory, &config.camera[lane.camera].name);
         let health = HealthPublisher::open(node, settings, name)?;
-        let with_port = |provider| Ok::<_, PublisherError>((TruthPublisher::open(node, settings, name)?, provider));
+        let with_port = |provider| {
+            Ok::<_, PublisherError>((TruthPublisher::open(node, settings, name)?, provider))
+        };
         let truth = lane.truth.map(with_port).transpose()?;
         let monitor = LaneMonitor::new(config, lane.camera, lane.board, HostTime::now());
         Ok(Self { monitor, health, truth })
@@ -179,6 +182,7 @@ fn keep(
 ) {
     let has_truth = kept.iter().any(|lane| lane.truth.is_some());
     let pause = if has_truth { TRUTH_TICK } else { TICK };
+    let mut space = SpaceWatch::default();
     let (mut last_look, mut last_health) = (Instant::now(), Instant::now());
     while !stop.is_raised() {
         thread::sleep(pause);
@@ -189,6 +193,7 @@ fn keep(
             kept.iter_mut().for_each(Kept::publish_health);
             // Files of consumers that were killed stay until somebody looks.
             node.try_cleanup_dead_nodes();
+            space.look();
         }
         if last_look.elapsed() >= TICK {
             last_look = Instant::now();

@@ -10,7 +10,7 @@ use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use rustix::fs::{FlockOperation, flock};
+use rustix::fs::{FlockOperation, OFlags, flock};
 use rustix::io::Errno;
 
 /// Name of the lock file in the domain's root directory.
@@ -104,7 +104,13 @@ impl InstanceLock {
             }
             Err(errno) => return Err(refused(root, &path, errno.into())),
         }
-        write(&mut file).map_err(|source| refused(root, &path, source))?;
+        match write(&mut file) {
+            Ok(()) => {}
+            // The lock holds without a description. A root on /dev/shm is full together with
+            // the memory, and the check that follows says what is needed.
+            Err(e) if e.kind() == io::ErrorKind::StorageFull => {}
+            Err(source) => return Err(refused(root, &path, source)),
+        }
         Ok(Self { _file: file })
     }
 }
@@ -116,7 +122,10 @@ fn make_root(root: &str) -> Result<(), InstanceError> {
 
 /// Opens without truncating: the holder's description must survive a second daemon's attempt.
 fn open(path: &Path) -> io::Result<File> {
-    OpenOptions::new().read(true).write(true).create(true).truncate(false).mode(0o644).open(path)
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(true).truncate(false).mode(0o644);
+    // In a directory that others may write, a link could point at any file of ours.
+    options.custom_flags(OFlags::NOFOLLOW.bits().cast_signed()).open(path)
 }
 
 fn write(file: &mut File) -> io::Result<()> {

@@ -2,6 +2,7 @@
 
 pub mod housekeeping;
 pub mod instance;
+pub mod leftovers;
 pub mod overview;
 pub mod prefault;
 pub mod signals;

@@ -11,6 +11,7 @@ use lodestone_config::model::{Config, DriverKind, SharedMemory};
 use lodestone_schema::ServiceKind;
 use rustix::fs::{FallocateFlags, fallocate, statvfs};
 use rustix::io::Errno;
+use tracing::warn;
 
 use super::prefault::SHARED_MEMORY_DIRECTORY;
 use crate::publisher::{qos_of, sample_bytes};
@@ -117,8 +118,7 @@ pub fn ensure(needed: u64, prefix: &str) -> Result<(), SpaceError> {
 }
 
 fn ensure_in(directory: &Path, needed: u64, prefix: &str) -> Result<(), SpaceError> {
-    let failed =
-        |source| SpaceError::Io { directory: directory.display().to_string(), source };
+    let failed = |source| SpaceError::Io { directory: directory.display().to_string(), source };
     match reserve_once(directory, needed, prefix) {
         Ok(()) => Ok(()),
         Err(e) if is_full(&e) => Err(SpaceError::TooLittle {
@@ -144,6 +144,34 @@ fn is_full(error: &io::Error) -> bool {
     [Errno::NOSPC, Errno::DQUOT, Errno::FBIG]
         .iter()
         .any(|full| error.raw_os_error() == Some(full.raw_os_error()))
+}
+
+/// Less than this is short: the files of a joining consumer take some pages, and iceoryx2 writes
+/// them without reserving.
+const SHORT: u64 = 1 << 20;
+
+/// Tells, once for each time it happens, that shared memory ran short under the running daemon.
+#[derive(Debug, Default)]
+pub struct SpaceWatch {
+    short: bool,
+}
+
+impl SpaceWatch {
+    /// Looks; a system call, for housekeeping only.
+    pub fn look(&mut self) {
+        let Ok(free) = free_bytes(Path::new(SHARED_MEMORY_DIRECTORY)) else { return };
+        if self.turns_short(free) {
+            let mebibytes = mebibytes_down(free);
+            warn!(
+                "{SHARED_MEMORY_DIRECTORY} has only {mebibytes} MiB free: poses go on, but a consumer that joins when it is full ends this daemon and itself (SIGBUS)"
+            );
+        }
+    }
+
+    fn turns_short(&mut self, free: u64) -> bool {
+        let was = std::mem::replace(&mut self.short, free < SHORT);
+        self.short && !was
+    }
 }
 
 /// Bytes an unprivileged process may still take.
@@ -186,6 +214,16 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         ensure_in(directory.path(), 1 << 16, "t_").unwrap();
         assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn running_short_is_told_once_each_time() {
+        let mut watch = SpaceWatch::default();
+        let told: Vec<_> = [SHORT, SHORT - 1, 0, SHORT, SHORT - 1]
+            .into_iter()
+            .map(|free| watch.turns_short(free))
+            .collect();
+        assert_eq!(told, [false, true, false, false, true]);
     }
 
     #[test]

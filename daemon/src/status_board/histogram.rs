@@ -158,7 +158,9 @@ mod tests {
                     .collect::<Vec<_>>()),
         ) {
             let histogram = Histogram::default();
-            nanos.iter().for_each(|&n| histogram.record(n));
+            for &n in &nanos {
+                histogram.record(n);
+            }
             nanos.sort_unstable();
             let exact = |fraction: f64| {
                 let rank = (fraction * nanos.len() as f64).ceil() as usize;
