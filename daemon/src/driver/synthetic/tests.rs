@@ -153,7 +153,7 @@ fn the_bias_walks_as_configured() {
             gyro_bias_walk_rad_s2_rthz: 1e-3,
             ..Camera::default().model.noise()
         }),
-        ..camera(fast(TrajectoryKind::Standing, 900.0))
+        ..camera(fast(TrajectoryKind::Standing, 300.0))
     };
     let readings = run(&mut SyntheticDriver::new(&camera, &world()).unwrap());
     let tau_s = 1.0;
@@ -168,7 +168,7 @@ fn the_bias_walks_as_configured() {
     }
     let allan = (0.5_f64 * sum / count).sqrt();
     let expected = 1e-3 * (tau_s / 3.0_f64).sqrt();
-    assert!((allan / expected - 1.0).abs() < 0.08, "{allan} against {expected}");
+    assert!((allan / expected - 1.0).abs() < 0.1, "{allan} against {expected}");
 }
 
 #[test]
