@@ -172,7 +172,7 @@ mod tests {
     fn the_year_may_be_absent_and_its_ends_are_days() {
         assert!(EarthField::of(&World::default()).is_ok());
         assert_eq!(date(Some(2026.0)).unwrap().ordinal(), 1);
-        assert_eq!(date(Some(2028.999_999)).unwrap().ordinal(), 366);
+        assert_eq!(date(Some(2028.9999)).unwrap().ordinal(), 366);
     }
 
     #[test]

@@ -6,7 +6,7 @@
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{PI, SQRT_2, TAU};
 
 use super::plan::{Plan, PlanBuilder};
 use super::wave::Waves;
@@ -48,7 +48,7 @@ impl Walk {
             heading_rad: drawn_heading(rng),
             side: drawn_side(rng),
             start: rng.random_range(0.0..TAU),
-            along: Waves::drawn([(0.15, TAU / 0.381_966), (0.05, TAU / 1.414_214)], rng),
+            along: Waves::drawn([(0.15, TAU / 0.381_966), (0.05, TAU / SQRT_2)], rng),
             across: Waves::drawn([(0.15, TAU / 0.618_034), (0.05, TAU / 1.732_051)], rng),
             lift: Waves::drawn([(0.018, STEP_M), (0.05, 7.39)], rng),
             sway: Waves::drawn([(0.015, 2.0 * STEP_M)], rng),
@@ -68,7 +68,8 @@ impl Walk {
         let width = Waves::in_phase([(HALF_WIDTH_M * self.side, PI)]);
         let ((x0, dx0), (x1, dx1)) = (length.with_slope(u), self.along.with_slope(u));
         let ((y0, dy0), (y1, dy1)) = (width.with_slope(u), self.across.with_slope(u));
-        // The slope never vanishes: the figure's own is at least 1.2 m/rad, the waves' below 0.2.
+        // The slope never vanishes: the figure's own is at least 1.15 m/rad, the waves' at
+        // most 0.22.
         [x0 + x1, y0 + y1, (dy0 + dy1).atan2(dx0 + dx1)]
     }
 }
