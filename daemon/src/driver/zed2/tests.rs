@@ -104,7 +104,9 @@ fn given_nothing_but_garbage_then_the_camera_counts_as_not_heard() {
 #[test]
 fn given_a_repeated_stamp_then_it_is_held_back_and_counted() {
     let mut story = Story::new();
-    [0, 1, 1, 2].into_iter().for_each(|i| story.sends(i, |_| ()));
+    for i in [0, 1, 1, 2] {
+        story.sends(i, |_| ());
+    }
     story.poll(NOW);
     assert_eq!(story.readings.len(), 3);
     assert_eq!(story.counters().duplicates, 1);
@@ -113,7 +115,9 @@ fn given_a_repeated_stamp_then_it_is_held_back_and_counted() {
 #[test]
 fn given_lost_samples_then_the_gap_and_their_number_are_counted() {
     let mut story = Story::new();
-    [0, 1, 5, 6, 8].into_iter().for_each(|i| story.sends(i, |_| ()));
+    for i in [0, 1, 5, 6, 8] {
+        story.sends(i, |_| ());
+    }
     story.poll(NOW);
     assert_eq!((story.counters().gaps, story.counters().samples_missing), (2, 4));
 }
