@@ -58,8 +58,6 @@ pub struct Seen {
     pub expired: AtomicU64,
     /// Samples sent.
     pub samples: AtomicU64,
-    /// Whether it streams now.
-    pub streaming: AtomicBool,
     /// Whether it leaves feature reports without an answer.
     deaf: AtomicBool,
     /// Told to fall silent, as if its firmware had stumbled.
@@ -168,7 +166,6 @@ impl Play {
             self.hear()?;
             self.expire();
             self.send_due()?;
-            self.seen.streaming.store(self.due.is_some(), Ordering::Relaxed);
         }
         Ok(())
     }
