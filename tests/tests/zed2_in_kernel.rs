@@ -3,6 +3,7 @@
 //! A user-mode Linux boots with one program, `zed2-guest`, that plays cameras over `/dev/uhid`
 //! and runs the driver against them.
 
+use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
@@ -33,7 +34,8 @@ fn the_driver_holds_its_promises_on_a_real_kernel() {
     let kernel = match Kernel::find() {
         Ok(kernel) => kernel,
         Err(missing) => {
-            println!("skipped: {missing}");
+            // Past the harness, which swallows what a passing test prints.
+            let _ = writeln!(std::io::stderr(), "skipped: {missing}");
             return;
         }
     };

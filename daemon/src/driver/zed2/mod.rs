@@ -48,10 +48,10 @@ use crate::reading::{HostTime, Reading};
 /// Samples per second the camera means to send (seen in the field: 358 to 412).
 pub const NOMINAL_RATE_HZ: f64 = 400.0;
 
-/// Silence after which the stream is started again; the camera is reported lost from here on.
+/// Time without a readable report after which the stream is started again; the camera is reported lost from here on.
 const RESTART_AFTER_NS: i64 = 500_000_000;
 
-/// Silence after which the camera is closed and opened again.
+/// Time without a readable report after which the camera is closed and opened again.
 const REOPEN_AFTER_NS: i64 = 2_500_000_000;
 
 /// A camera, found by its serial number.
@@ -70,7 +70,7 @@ pub struct Zed2 {
 /// One opening of the camera.
 struct Stream {
     link: Link,
-    /// When the last report came; at first, when the camera was opened.
+    /// When the last readable report came; at first, when the camera was opened.
     heard: HostTime,
     restarted: bool,
 }
