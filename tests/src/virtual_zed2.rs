@@ -161,6 +161,8 @@ struct Play {
 
 impl Play {
     fn run(mut self) -> io::Result<()> {
+        // A starved reader loses samples, a starved camera only comes late: the reader goes first.
+        rustix::process::setpriority_process(None, 19)?;
         while !self.seen.stop.load(Ordering::Relaxed) {
             self.wait()?;
             self.hear()?;

@@ -49,7 +49,11 @@ fn main() {
         println!("FAILED mount: {error}");
     }
     // What the driver logs stands among the checks: it explains a failure.
-    tracing_subscriber::fmt().with_ansi(false).with_target(false).init();
+    tracing_subscriber::fmt()
+        .with_ansi(false)
+        .with_target(false)
+        .with_max_level(tracing_subscriber::filter::LevelFilter::DEBUG)
+        .init();
     std::thread::spawn(|| {
         std::thread::sleep(WATCHDOG);
         println!("FAILED watchdog: not done after {} s", WATCHDOG.as_secs());
