@@ -1,1 +1,6 @@
-//! x
+//! What whole-system tests stand on.
+
+pub mod cpio;
+pub mod kernel;
+pub mod uhid;
+pub mod virtual_zed2;

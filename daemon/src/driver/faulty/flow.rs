@@ -3,7 +3,7 @@
 use lodestone_config::model::{Fault, FaultKind};
 
 use crate::driver::Sink;
-use crate::reading::Reading;
+use crate::reading::{HostTime, Reading};
 
 /// Room for samples beyond what a stall needs at the nominal rate.
 const SPARE: f64 = 64.0;
@@ -65,6 +65,11 @@ impl Flow {
         }
     }
 
+    #[cfg(test)]
+    pub(super) fn capacity(&self) -> usize {
+        self.held.capacity()
+    }
+
     fn double(&mut self, reading: Reading, sink: &mut dyn Sink) {
         self.hold(reading, sink);
         if self.duplicate {
@@ -83,7 +88,7 @@ impl Flow {
     }
 
     /// Lets out everything held up; it arrives together.
-    fn burst(&mut self, arrival: crate::reading::HostTime, sink: &mut dyn Sink) {
+    fn burst(&mut self, arrival: HostTime, sink: &mut dyn Sink) {
         for reading in self.held.drain(..) {
             sink.push(Reading { arrival, ..reading });
         }

@@ -237,4 +237,19 @@ fn given_an_endless_stall_then_the_memory_it_takes_is_bounded() {
     assert_eq!(stall_capacity(&[fault(FaultKind::Drop)], 400.0), 0);
 }
 
+#[test]
+fn given_a_stall_longer_than_its_memory_then_the_newest_are_lost_and_nothing_is_allocated() {
+    let mut flow = Flow::with_capacity(8);
+    flow.stall = true;
+    let (source, mut readings) = (Scripted::lasting(0), Vec::new());
+    (0..30).for_each(|i| flow.take(source.sample(i), &mut readings));
+    assert_eq!((readings.len(), flow.capacity()), (0, 8));
+
+    flow.stall = false;
+    flow.take(source.sample(30), &mut readings);
+
+    assert_eq!(numbers(&readings), [0, 1, 2, 3, 4, 5, 6, 7, 30]);
+    assert_eq!(flow.capacity(), 8);
+}
+
 const MOST_SAMPLES: usize = 262_144;

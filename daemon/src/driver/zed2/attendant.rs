@@ -15,7 +15,7 @@ use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use hidapi::{HidApi, HidDevice, HidError};
+use hidapi::{HidDevice, HidError};
 use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec};
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
@@ -173,6 +173,7 @@ impl Duty {
         // Watch first, then look: a camera that comes in between is not missed.
         self.watch = Watch::new("/dev").map_err(|e| self.complain(&e)).ok();
         let opened = loop {
+            tracing::debug!(serial = self.serial, "looks for the camera");
             match open(self.serial) {
                 Ok(opened) => break opened,
                 Err(error) => self.complain(&error),
@@ -273,10 +274,12 @@ impl Duty {
 
 /// Opens the camera twice: for feature reports (hidapi) and for reading (see [`super::reader`]).
 fn open(serial: u64) -> Result<(HidDevice, Link), OpenError> {
-    let camera = discovery::pick(serial, discovery::list()?)?;
+    let (api, present) = discovery::scan()?;
+    let camera = discovery::pick(serial, present)?;
     let fd = open_for_reading(&camera.path)?;
-    let commands = HidApi::new().and_then(|api| api.open_path(&camera.path));
-    let device = commands.map_err(|source| OpenError::Commands { path: node(&camera), source })?;
+    let device = api
+        .open_path(&camera.path)
+        .map_err(|source| OpenError::Commands { path: node(&camera), source })?;
     Ok((device, Link { fd, camera }))
 }
 

@@ -168,12 +168,17 @@ pub enum OpenError {
 ///
 /// [`OpenError::List`] if the system's devices cannot be read.
 pub fn list() -> Result<Present, OpenError> {
+    scan().map(|(_, present)| present)
+}
+
+/// As [`list`], with the library's handle, because each new one lists all devices again.
+pub(super) fn scan() -> Result<(HidApi, Present), OpenError> {
     let api = HidApi::new().map_err(OpenError::List)?;
     let mut found: Vec<Found> = api.device_list().filter_map(Found::from_info).collect();
     found.sort_by(|a, b| a.path.cmp(&b.path));
     // A device is listed once per usage that its report descriptor declares.
     found.dedup_by(|a, b| a.path == b.path);
-    Ok(Present(found))
+    Ok((api, Present(found)))
 }
 
 /// Picks the camera with a serial number.

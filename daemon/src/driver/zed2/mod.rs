@@ -48,11 +48,15 @@ use crate::reading::{HostTime, Reading};
 /// Samples per second the camera means to send (seen in the field: 358 to 412).
 pub const NOMINAL_RATE_HZ: f64 = 400.0;
 
-/// Silence after which the stream is started again; the camera is reported lost from here on.
-const RESTART_AFTER_NS: i64 = 500_000_000;
+/// Time without a readable report after which the stream is started again; the camera is reported lost from here on.
+const RESTART_AFTER: Duration = Duration::from_millis(500);
 
-/// Silence after which the camera is closed and opened again.
-const REOPEN_AFTER_NS: i64 = 2_500_000_000;
+/// Time without a readable report after which the camera is closed and opened again.
+const REOPEN_AFTER: Duration = Duration::from_millis(2500);
+
+/// Most that the time between two polls counts as silence, unless the poll was to wait longer: a
+/// thread that was not run (a starved or stopped process) has not listened.
+const LISTENED_AT_MOST: Duration = Duration::from_millis(100);
 
 /// A camera, found by its serial number.
 pub struct Zed2 {
@@ -70,8 +74,10 @@ pub struct Zed2 {
 /// One opening of the camera.
 struct Stream {
     link: Link,
-    /// When the last report came; at first, when the camera was opened.
-    heard: HostTime,
+    /// The wake-up of the last poll; at first, when the camera was opened.
+    woken: HostTime,
+    /// For how long the driver listened since the last readable report.
+    silence: Duration,
     restarted: bool,
 }
 
@@ -125,7 +131,7 @@ impl Zed2 {
         }
         self.openings += 1;
         self.known = Some(link.camera.clone());
-        self.stream = Some(Stream { link, heard: HostTime::now(), restarted: false });
+        self.stream = Some(Stream::new(link));
         SourceState::Streaming
     }
 
@@ -138,15 +144,14 @@ impl Zed2 {
     }
 
     /// What silence means: first start the stream again, then open the camera again.
-    fn judge_silence(&mut self, now: HostTime) -> SourceState {
+    fn judge_silence(&mut self) -> SourceState {
         let Some(stream) = &mut self.stream else {
             return SourceState::Lost;
         };
-        let silence_ns = now.as_nanos() - stream.heard.as_nanos();
-        if silence_ns < RESTART_AFTER_NS {
+        if stream.silence < RESTART_AFTER {
             return SourceState::Streaming;
         }
-        if silence_ns >= REOPEN_AFTER_NS {
+        if stream.silence >= REOPEN_AFTER {
             return self.lose();
         }
         if !stream.restarted {
@@ -159,18 +164,18 @@ impl Zed2 {
 }
 
 impl Stream {
+    fn new(link: Link) -> Self {
+        Self { link, woken: HostTime::now(), silence: Duration::ZERO, restarted: false }
+    }
+
     /// Waits at most `timeout`, then takes everything that has arrived. The time of arrival is
     /// that of the wake-up.
-    fn read(
-        &mut self,
-        timeout: Duration,
-        progress: &mut Progress,
-        sink: &mut dyn Sink,
-    ) -> (Outcome, HostTime) {
+    fn read(&mut self, timeout: Duration, progress: &mut Progress, sink: &mut dyn Sink) -> Outcome {
         let woken = reader::wait(&self.link.fd, timeout);
         let arrival = HostTime::now();
+        self.listen(arrival, timeout);
         if woken != Outcome::Open {
-            return (woken, arrival);
+            return woken;
         }
         let firmware = self.link.camera.firmware;
         let mut heard = false;
@@ -182,10 +187,18 @@ impl Stream {
             Err(_) => progress.counters.malformed += 1,
         });
         if heard {
-            self.heard = arrival;
+            self.silence = Duration::ZERO;
             self.restarted = false;
         }
-        (outcome, arrival)
+        outcome
+    }
+
+    /// Counts the time since the last poll as silence, until something is heard.
+    fn listen(&mut self, now: HostTime, timeout: Duration) {
+        let since_ns = now.as_nanos() - self.woken.as_nanos();
+        let since = Duration::from_nanos(u64::try_from(since_ns).unwrap_or(0));
+        self.silence += since.min(timeout.max(LISTENED_AT_MOST));
+        self.woken = now;
     }
 }
 
@@ -258,8 +271,8 @@ impl Driver for Zed2 {
             return self.search(timeout);
         };
         match stream.read(timeout, &mut self.progress, sink) {
-            (Outcome::Gone, _) => self.lose(),
-            (Outcome::Open | Outcome::Silent, now) => self.judge_silence(now),
+            Outcome::Gone => self.lose(),
+            Outcome::Open | Outcome::Silent => self.judge_silence(),
         }
     }
 

@@ -29,8 +29,12 @@ impl Story {
             path: CString::default(),
         };
         let link = Link { fd: host.into(), camera: found };
-        let stream = Stream { link, heard: HostTime::from_nanos(0), restarted: true };
-        Self { camera, stream, progress: Progress::default(), readings: Vec::new() }
+        Self {
+            camera,
+            stream: Stream::new(link),
+            progress: Progress::default(),
+            readings: Vec::new(),
+        }
     }
 
     /// The camera sends the sample of one tick of 2.5 ms, changed by `change`.
@@ -41,7 +45,7 @@ impl Story {
     }
 
     fn poll(&mut self, timeout: Duration) -> Outcome {
-        self.stream.read(timeout, &mut self.progress, &mut self.readings).0
+        self.stream.read(timeout, &mut self.progress, &mut self.readings)
     }
 
     fn counters(&self) -> DriverCounters {
@@ -63,19 +67,36 @@ fn given_a_backlog_when_polled_once_then_all_of_it_comes_oldest_first_with_one_a
 }
 
 #[test]
-fn given_a_quiet_camera_when_polled_then_it_is_silent_and_not_heard() {
+fn given_a_quiet_camera_when_polled_then_silence_grows_until_a_report_comes() {
     let mut story = Story::new();
-    assert_eq!(story.poll(NOW), Outcome::Silent);
-    assert_eq!(story.stream.heard, HostTime::from_nanos(0));
+    let wait = Duration::from_millis(1);
+    assert_eq!(story.poll(wait), Outcome::Silent);
+    assert!(story.stream.silence >= wait);
+
+    story.stream.restarted = true;
+    story.sends(0, |_| ());
+    story.poll(wait);
+    assert_eq!(story.stream.silence, Duration::ZERO);
+    assert!(!story.stream.restarted, "the next silence may restart the stream again");
 }
 
 #[test]
-fn given_a_report_when_it_came_after_a_restart_then_the_next_silence_may_restart_again() {
+fn given_a_process_that_was_stopped_then_the_time_it_did_not_run_is_no_silence() {
     let mut story = Story::new();
-    story.sends(0, |_| ());
-    story.poll(NOW);
-    assert!(!story.stream.restarted);
-    assert_eq!(story.stream.heard, story.readings[0].arrival);
+    let later = HostTime::from_nanos(story.stream.woken.as_nanos() + 60_000_000_000);
+    story.stream.listen(later, Duration::from_millis(20));
+    assert_eq!(story.stream.silence, LISTENED_AT_MOST);
+    assert!(LISTENED_AT_MOST < RESTART_AFTER);
+}
+
+#[test]
+fn given_polls_that_never_wait_then_silence_grows_all_the_same() {
+    let mut story = Story::new();
+    for _ in 0..100 {
+        let next = HostTime::from_nanos(story.stream.woken.as_nanos() + 10_000_000);
+        story.stream.listen(next, NOW);
+    }
+    assert_eq!(story.stream.silence, Duration::from_secs(1));
 }
 
 #[test]
@@ -96,15 +117,18 @@ fn given_garbage_between_reports_then_it_is_counted_and_the_reports_come_through
 #[test]
 fn given_nothing_but_garbage_then_the_camera_counts_as_not_heard() {
     let mut story = Story::new();
+    story.stream.silence = RESTART_AFTER;
     story.camera.send(&[0xff; 64]).unwrap();
     assert_eq!(story.poll(NOW), Outcome::Open);
-    assert_eq!(story.stream.heard, HostTime::from_nanos(0));
+    assert!(story.stream.silence >= RESTART_AFTER);
 }
 
 #[test]
 fn given_a_repeated_stamp_then_it_is_held_back_and_counted() {
     let mut story = Story::new();
-    [0, 1, 1, 2].into_iter().for_each(|i| story.sends(i, |_| ()));
+    for i in [0, 1, 1, 2] {
+        story.sends(i, |_| ());
+    }
     story.poll(NOW);
     assert_eq!(story.readings.len(), 3);
     assert_eq!(story.counters().duplicates, 1);
@@ -113,7 +137,9 @@ fn given_a_repeated_stamp_then_it_is_held_back_and_counted() {
 #[test]
 fn given_lost_samples_then_the_gap_and_their_number_are_counted() {
     let mut story = Story::new();
-    [0, 1, 5, 6, 8].into_iter().for_each(|i| story.sends(i, |_| ()));
+    for i in [0, 1, 5, 6, 8] {
+        story.sends(i, |_| ());
+    }
     story.poll(NOW);
     assert_eq!((story.counters().gaps, story.counters().samples_missing), (2, 4));
 }
