@@ -23,21 +23,28 @@ pub(super) struct Args {
 #[derive(Debug, clap::Args)]
 pub(super) struct Common {
     /// One JSON object per line; what is unknown is null.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = EVERY)]
     pub(super) json: bool,
-    /// Prefix of the daemon's files in shared memory [default: $`LODESTONE_SHM_PREFIX`, else `lodestone_`]
-    #[arg(long, global = true, value_name = "PREFIX")]
+    // Given as attributes: a doc comment would want the names in backticks.
+    #[arg(long, global = true, help_heading = EVERY, value_name = "PREFIX", help = PREFIX_HELP)]
     pub(super) prefix: Option<String>,
-    /// Directory of the daemon's service files [default: $`LODESTONE_SHM_ROOT`, else /dev/shm/lodestone/]
-    #[arg(long, global = true, value_name = "DIRECTORY")]
+    #[arg(long, global = true, help_heading = EVERY, value_name = "DIRECTORY", help = ROOT_HELP)]
     pub(super) root: Option<String>,
     /// Wait this long for a daemon to appear.
-    #[arg(long, global = true, value_name = "SECONDS", value_parser = duration, default_value = "0")]
+    #[arg(
+        long, global = true, help_heading = EVERY, value_name = "SECONDS",
+        value_parser = duration, default_value = "0"
+    )]
     pub(super) wait: Duration,
-    /// Log what the transport does to stderr; $`LODESTONE_LOG` filters.
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, help_heading = EVERY, help = VERBOSE_HELP)]
     pub(super) verbose: bool,
 }
+
+const EVERY: &str = "Options of every command";
+const PREFIX_HELP: &str = "Prefix of the daemon's files in shared memory [default: $LODESTONE_SHM_PREFIX, else lodestone_]";
+const ROOT_HELP: &str = "Directory of the daemon's service files [default: $LODESTONE_SHM_ROOT, else /dev/shm/lodestone/]";
+const VERBOSE_HELP: &str =
+    "Log to stderr what the transport does; $LODESTONE_LOG filters [default: debug]";
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
@@ -79,19 +86,18 @@ pub(super) struct EchoArgs {
 }
 
 #[derive(Debug, clap::Args)]
-#[group(id = "when", required = true, multiple = false, args = ["time", "ago"])]
 pub(super) struct LookupArgs {
     /// The camera; may be left out if there is one only.
     #[arg(long, value_name = "NAME")]
     pub(super) camera: Option<String>,
     /// The time, as decimal seconds (12.345678901) or nanoseconds (12345678901ns).
-    #[arg(long, value_name = "T", value_parser = instant)]
+    #[arg(long, value_name = "T", value_parser = instant, required_unless_present = "ago")]
     pub(super) time: Option<Instant>,
     /// The clock that the time is of.
     #[arg(long, value_enum, default_value_t = ClockName::Unix, conflicts_with = "ago")]
     pub(super) clock: ClockName,
     /// So long before now, as decimal seconds.
-    #[arg(long, value_name = "SECONDS", value_parser = duration)]
+    #[arg(long, value_name = "SECONDS", value_parser = duration, conflicts_with = "time")]
     pub(super) ago: Option<Duration>,
 }
 
@@ -99,6 +105,6 @@ pub(super) struct LookupArgs {
 pub(super) enum ClockName {
     /// Since the UNIX epoch, as cameras stamp images.
     Unix,
-    /// `CLOCK_MONOTONIC`.
+    #[value(help = "CLOCK_MONOTONIC, time since boot without suspend")]
     Monotonic,
 }

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use iceoryx2::port::publisher::Publisher as Port;
 use iceoryx2::prelude::{ServiceName, ipc};
-use lodestone_client::{Domain, Health, Pose, Status, Validity, monotonic_now_ns};
+use lodestone_client::{Domain, Health, OpenError, Pose, Status, Validity, monotonic_now_ns};
 use lodestone_schema::ServiceKind;
 use lodestone_schema::transport::{Qos, open_for_writing};
 
@@ -32,10 +32,20 @@ pub(crate) struct Publisher {
 impl Publisher {
     /// Starts one that keeps so many poses for late consumers.
     pub(crate) fn start(domain: &TestDomain, camera: &str, history: usize) -> Self {
-        Self::start_version(domain, camera, history, 1)
+        Self::try_start(domain, camera, history).expect("gets ready")
     }
 
-    pub(crate) fn start_version(domain: &TestDomain, camera: &str, history: usize, version: u32) -> Self {
+    /// The same; `None` if the service cannot be had with this history.
+    pub(crate) fn try_start(domain: &TestDomain, camera: &str, history: usize) -> Option<Self> {
+        Self::spawn(domain, camera, history, 1)
+    }
+
+    /// Starts one of another schema version, which publishes nothing.
+    pub(crate) fn start_version(domain: &TestDomain, camera: &str, version: u32) -> Self {
+        Self::spawn(domain, camera, 1, version).expect("gets ready")
+    }
+
+    fn spawn(domain: &TestDomain, camera: &str, history: usize, version: u32) -> Option<Self> {
         let mut child = Command::new(env::current_exe().expect("this program"))
             .args(["--exact", "publisher_process", "--ignored", "--nocapture"])
             .env("LODESTONE_SHM_PREFIX", &domain.prefix)
@@ -50,20 +60,19 @@ impl Publisher {
         let orders = child.stdin.take();
         let answers = BufReader::new(child.stdout.take().expect("a pipe"));
         let mut publisher = Self { child, orders, answers };
-        publisher.expect("ready");
-        publisher
+        publisher.answers("ready").then_some(publisher)
     }
 
     /// Publishes so many poses at once, a step apart by their times, up to now.
     pub(crate) fn burst(&mut self, poses: u64) {
         self.order(&format!("burst {poses}"));
-        self.expect("done");
+        assert!(self.answers("done"), "the publisher has ended");
     }
 
     /// Publishes 400 poses a second, and health, from now on.
     pub(crate) fn run(&mut self) {
         self.order("run");
-        self.expect("done");
+        assert!(self.answers("done"), "the publisher has ended");
     }
 
     /// kill -9.
@@ -77,16 +86,17 @@ impl Publisher {
         writeln!(orders, "{text}").expect("writes");
     }
 
-    fn expect(&mut self, answer: &str) {
+    /// Whether this answer comes before the publisher ends.
+    fn answers(&mut self, answer: &str) -> bool {
         let mut line = String::new();
         while self.answers.read_line(&mut line).expect("reads") > 0 {
             // The test harness writes to the same pipe.
             if line.trim_end().ends_with(answer) {
-                return;
+                return true;
             }
             line.clear();
         }
-        panic!("the publisher ended before it said {answer:?}");
+        false
     }
 }
 
@@ -103,7 +113,10 @@ pub(crate) fn publish_as_ordered() {
     let Ok(camera) = env::var(CAMERA) else { return };
     let number = |variable| env::var(variable).expect("is set").parse().expect("a number");
     if number(VERSION) == 1 {
-        World::open(&camera, number(HISTORY)).obey();
+        match World::open(&camera, number(HISTORY)) {
+            Ok(world) => world.obey(),
+            Err(error) => eprintln!("publisher of {camera:?}: {error}"),
+        }
     } else {
         publish_other_version(&camera, number(VERSION));
     }
@@ -131,27 +144,25 @@ struct World {
 }
 
 impl World {
-    fn open(camera: &str, history: usize) -> Self {
+    fn open(camera: &str, history: usize) -> Result<Self, OpenError> {
         let node = domain().open_node("publisher").expect("a node");
         let qos = |history| Qos { history, max_subscribers: 8, max_borrowed: 2 };
-        let poses = open_for_writing::<Pose>(&node, ServiceKind::Pose, camera, qos(history));
-        let health = open_for_writing::<Health>(&node, ServiceKind::Health, camera, qos(1));
-        let poses = poses.expect("a service").publisher_builder().create().expect("a port");
-        let health = health.expect("a service").publisher_builder().create().expect("a port");
+        let poses = open_for_writing::<Pose>(&node, ServiceKind::Pose, camera, qos(history))?;
+        let health = open_for_writing::<Health>(&node, ServiceKind::Health, camera, qos(1))?;
+        let poses = poses.publisher_builder().create().expect("a port");
+        let health = health.publisher_builder().create().expect("a port");
         println!("ready");
-        Self { poses, health, sequence: 0 }
+        Ok(Self { poses, health, sequence: 0 })
     }
 
     fn obey(mut self) {
         let orders = orders();
         while let Ok(order) = orders.recv() {
-            match order.split_once(' ') {
-                Some(("burst", count)) => self.burst(count.parse().expect("a number")),
-                _ => {
-                    println!("done");
-                    return self.run(&orders);
-                }
-            }
+            let Some(count) = order.strip_prefix("burst ") else {
+                println!("done");
+                return self.run(&orders);
+            };
+            self.burst(count.parse().expect("a number"));
             println!("done");
         }
     }
