@@ -52,7 +52,7 @@ fn who_joins_late_still_gets_the_history() {
     assert_eq!(sequences, (25..=40).collect::<Vec<_>>());
     assert_eq!(poses.counts().lost, 0, "what was before joining is not lost");
     // And the past can be looked up, in both clocks.
-    let asked_ns = poses.latest().unwrap().time_ns() - 20_000_001;
+    let asked_ns = poses.history().oldest().unwrap().time_ns() + 20_000_001;
     let found = poses.lookup(Time::Unix(asked_ns + UNIX_OFFSET_NS)).unwrap();
     assert_eq!(found.time_ns(), asked_ns);
     assert!((found.position_m().unwrap().x - asked_ns as f64 * 1e-9).abs() < 1e-6);

@@ -3,15 +3,14 @@
 
 pub(crate) mod publisher;
 
+use std::env;
 use std::fs;
 use std::process;
-use std::sync::{Arc, OnceLock};
-use std::sync::{Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use lodestone_client::Client;
-use tempfile::TempDir;
 
 /// Prefix and root that no other test process uses; its files go with the last holder.
 pub(crate) struct TestDomain {
@@ -21,7 +20,6 @@ pub(crate) struct TestDomain {
 
 /// A process is in one domain only, so its tests share it and differ in the cameras' names.
 static IN_USE: Mutex<Weak<TestDomain>> = Mutex::new(Weak::new());
-static DIRECTORY: OnceLock<TempDir> = OnceLock::new();
 
 impl TestDomain {
     /// The domain of this process.
@@ -37,8 +35,7 @@ impl TestDomain {
     /// A domain for child processes only.
     pub(crate) fn named(name: &str) -> Self {
         let prefix = format!("lodestone_test_{}_{name}_", process::id());
-        let directory = DIRECTORY.get_or_init(|| TempDir::new().expect("a temporary directory"));
-        let root = format!("{}/{name}/", directory.path().display());
+        let root = format!("{}/{prefix}/", env::temp_dir().display());
         Self { prefix, root }
     }
 
