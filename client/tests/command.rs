@@ -2,12 +2,16 @@
 
 mod support;
 
+use std::fs;
 use std::io::{BufRead, BufReader};
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::process::CommandExt;
+use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
 use lodestone_client::monotonic_now_ns;
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::{Pid, Signal, geteuid, kill_process};
 use serde_json::Value;
 use support::publisher::{Publisher, UNIX_OFFSET_NS, publish_as_ordered};
 use support::{TestDomain, eventually};
@@ -65,7 +69,7 @@ fn without_a_daemon_every_command_says_so_and_leaves_nothing_behind() {
         assert!(stderr(&ended).starts_with("lodestone: no daemon in domain"), "{}", stderr(&ended));
         assert_eq!(stderr(&ended).lines().count(), 1, "{}", stderr(&ended));
     }
-    assert!(!std::path::Path::new(&domain.root).exists());
+    assert!(!Path::new(&domain.root).exists());
 }
 
 #[test]
@@ -193,6 +197,32 @@ fn another_schema_version_is_told_apart_from_no_daemon() {
         assert_eq!(ended.status.code(), Some(1));
         assert!(stderr(&ended).contains("published in schema version 2"), "{}", stderr(&ended));
     }
+}
+
+#[test]
+fn a_domain_of_another_user_is_told_apart_from_no_daemon() {
+    // Given a domain that is open to its owner only
+    const NOBODY: u32 = 65534;
+    let domain = TestDomain::named("other_user");
+    let program = Path::new(&domain.root).with_extension("program");
+    fs::create_dir(&domain.root).expect("makes");
+    fs::copy(env!("CARGO_BIN_EXE_lodestone"), &program).expect("copies");
+    // When somebody else comes (root is never shut out, so root becomes nobody)
+    let mut command = Command::new(&program);
+    command.args(["status", "--prefix", &domain.prefix, "--root", &domain.root]);
+    let mode = if geteuid().is_root() { 0o700 } else { 0o000 };
+    if geteuid().is_root() {
+        command.uid(NOBODY).gid(NOBODY);
+    }
+    fs::set_permissions(&domain.root, fs::Permissions::from_mode(mode)).expect("closes");
+    // A copy cannot run while a process that another test has just forked still holds it open.
+    let ended = eventually("it runs", || command.output().ok());
+    fs::set_permissions(&domain.root, fs::Permissions::from_mode(0o700)).expect("opens");
+    fs::remove_file(&program).expect("removes");
+    // Then they are told whose it is
+    assert_eq!(ended.status.code(), Some(1));
+    let whose = format!("belongs to another user (uid {})", geteuid().as_raw());
+    assert!(stderr(&ended).contains(&whose), "{}", stderr(&ended));
 }
 
 #[test]
