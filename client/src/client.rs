@@ -1,7 +1,8 @@
 //! The place in shared memory, and the streams one opens there.
 
 use std::env;
-use std::path::Path;
+use std::fs;
+use std::os::unix::fs::MetadataExt;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use iceoryx2::node::Node;
@@ -10,6 +11,8 @@ use lodestone_schema::transport::{
     Availability, DEFAULT_PREFIX, DEFAULT_ROOT, Domain, DomainError, cameras,
 };
 use lodestone_schema::{ServiceKind, is_camera_name};
+use rustix::fs::{Access, access};
+use rustix::io::Errno;
 
 use crate::error::{CameraNameError, ConnectError};
 use crate::pose_stream::{PoseStream, PoseStreamBuilder};
@@ -181,16 +184,29 @@ impl Client {
             return Ok(Arc::clone(node));
         }
         let domain = self.domain();
-        // A node would create the directory, as this user's, and shut the daemon out of it.
-        if !Path::new(&domain.root).is_dir() {
-            return Err(self.no_daemon());
-        }
+        self.check_root()?;
         let made = Arc::new(domain.open_node(&self.shared.name)?);
         *node = Some(Arc::clone(&made));
         Ok(made)
     }
 
-    pub(crate) fn no_daemon(&self) -> ConnectError {
+    /// Whether the domain is there and open to this user.
+    ///
+    /// Without this, a node would create the directory as this user's and shut the daemon out of
+    /// it; and the transport does not tell missing rights from other failures.
+    fn check_root(&self) -> Result<(), ConnectError> {
+        let root = &self.domain().root;
+        let Ok(metadata) = fs::metadata(root) else { return Err(self.no_daemon()) };
+        match access(root.as_str(), Access::READ_OK | Access::WRITE_OK | Access::EXEC_OK) {
+            Err(Errno::ACCESS | Errno::ROFS | Errno::PERM) => {
+                Err(ConnectError::OtherUser { root: root.clone(), owner: metadata.uid() })
+            }
+            // Anything else shows when the node is made.
+            _ => Ok(()),
+        }
+    }
+
+    fn no_daemon(&self) -> ConnectError {
         let Domain { prefix, root } = self.domain().clone();
         ConnectError::NoDaemon { prefix, root }
     }

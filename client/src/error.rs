@@ -72,6 +72,16 @@ pub enum ConnectError {
         /// The domain's root directory.
         root: String,
     },
+    /// The domain is closed to this user.
+    #[error(
+        "the domain in {root:?} belongs to another user (uid {owner}): run as that user, or share the directory with a group"
+    )]
+    OtherUser {
+        /// The domain's root directory.
+        root: String,
+        /// Who owns it.
+        owner: u32,
+    },
     /// The domain cannot be entered.
     #[error(transparent)]
     Domain(#[from] DomainError),

@@ -38,6 +38,10 @@
 //! The transport reports through `tracing`. A program that installs a subscriber can silence it
 //! with the target filter `iceoryx2_bb_loggers=off`.
 #![forbid(unsafe_code)]
+// `TryFrom` takes messages by value.
+#![allow(clippy::large_types_passed_by_value)]
+// Tests count in small numbers, and compare what must be equal to the bit.
+#![cfg_attr(test, allow(clippy::cast_possible_wrap, clippy::float_cmp))]
 
 mod batch;
 mod client;

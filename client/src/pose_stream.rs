@@ -16,9 +16,9 @@ use crate::limits::LookupLimits;
 use crate::message::Message;
 use crate::pace::{OBSERVED, Pace, Rest};
 use crate::pose::CameraPose;
-use crate::stream::{age_of, nothing};
+use crate::stream::nothing;
 use crate::subscription::Subscription;
-use crate::time::{Time, monotonic_now_ns};
+use crate::time::{Time, age_of, monotonic_now_ns};
 use crate::track::Counts;
 
 impl Message for CameraPose {

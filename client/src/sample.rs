@@ -47,7 +47,7 @@ impl TryFrom<CalibratedSample> for Sample {
 }
 
 fn finite(field: &'static str, values: &[f64]) -> Result<(), MessageError> {
-    match values.iter().copied().find(|v| !(v.abs() <= LIMIT)) {
+    match values.iter().copied().find(|v| v.is_nan() || v.abs() > LIMIT) {
         Some(value) => Err(MessageError::OutOfRange { field, value, limit: LIMIT }),
         None => Ok(()),
     }

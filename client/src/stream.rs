@@ -11,7 +11,7 @@ use crate::health::LaneHealth;
 use crate::message::Message;
 use crate::sample::Sample;
 use crate::subscription::Subscription;
-use crate::time::monotonic_now_ns;
+use crate::time::age_of;
 use crate::track::Counts;
 
 /// The health of one lane.
@@ -107,10 +107,4 @@ pub(crate) fn nothing<M: Message>(subscription: &Subscription<M>) -> StreamError
         Some(error) => StreamError::NotConnected(error),
         None => StreamError::NothingYet { camera: subscription.camera().into() },
     }
-}
-
-/// Time since an instant on `CLOCK_MONOTONIC`; zero if it is ahead.
-pub(crate) fn age_of(time_ns: i64) -> Duration {
-    let age_ns = monotonic_now_ns().saturating_sub(time_ns);
-    Duration::from_nanos(u64::try_from(age_ns).unwrap_or(0))
 }

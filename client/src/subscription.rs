@@ -10,7 +10,7 @@ use lodestone_schema::transport::{PublishSubscribe, open_for_reading};
 use crate::client::Client;
 use crate::error::{ConnectError, MessageError};
 use crate::message::Message;
-use crate::time::monotonic_now_ns;
+use crate::time::{age_of, monotonic_now_ns};
 use crate::track::{Arrival, Tracker};
 
 /// A missing service is looked for this often: a look reads a directory.
@@ -107,9 +107,7 @@ impl<M: Message> Subscription<M> {
             Link::New => true,
             Link::Down { next_attempt_ns, .. } => now_ns >= *next_attempt_ns,
             Link::Up { subscriber, .. } => {
-                let silent_ns = now_ns.saturating_sub(self.last_sign_ns);
-                let long = i128::from(silent_ns) > M::SILENCE.as_nanos() as i128;
-                long && !subscriber.has_samples().unwrap_or(false)
+                age_of(self.last_sign_ns) > M::SILENCE && !subscriber.has_samples().unwrap_or(false)
             }
         };
         if due {

@@ -1,5 +1,7 @@
 //! Instants on the two clocks a consumer may hold.
 
+use core::time::Duration;
+
 use rustix::time::{ClockId, clock_gettime};
 
 /// An instant on one of the computer's clocks.
@@ -34,4 +36,10 @@ impl Time {
 pub fn monotonic_now_ns() -> i64 {
     let now = clock_gettime(ClockId::Monotonic);
     now.tv_sec.saturating_mul(1_000_000_000).saturating_add(now.tv_nsec)
+}
+
+/// Time since an instant on `CLOCK_MONOTONIC`; zero if it is ahead.
+pub(crate) fn age_of(time_ns: i64) -> Duration {
+    let age_ns = monotonic_now_ns().saturating_sub(time_ns);
+    Duration::from_nanos(u64::try_from(age_ns).unwrap_or(0))
 }

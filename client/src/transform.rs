@@ -119,7 +119,9 @@ impl<To: Frame, From: Frame> Transform<To, From> {
     /// ```
     pub fn apply_to_cloud(self, cloud: &mut [[f32; 3]]) {
         let turn = self.for_points();
-        cloud.iter_mut().for_each(|point| *point = turn(*point));
+        for point in cloud {
+            *point = turn(*point);
+        }
     }
 
     /// Writes a cloud's points, turned from `From` into `To`, to a buffer of the same length, m.
@@ -135,7 +137,9 @@ impl<To: Frame, From: Frame> Transform<To, From> {
             return Err(LengthMismatch { points: cloud.len(), room: out.len() });
         }
         let turn = self.for_points();
-        out.iter_mut().zip(cloud).for_each(|(to, from)| *to = turn(*from));
+        for (to, from) in out.iter_mut().zip(cloud) {
+            *to = turn(*from);
+        }
         Ok(())
     }
 

@@ -6,6 +6,7 @@ use proptest::prelude::*;
 use super::History;
 use crate::error::LookupError;
 use crate::limits::LookupLimits;
+use crate::pose::CameraPose;
 use crate::pose::samples::{checked, still};
 use crate::time::Time;
 
@@ -43,7 +44,7 @@ proptest! {
         let history = filled(8, 0..20);
         let time = if unix { Time::Unix(time_ns) } else { Time::Monotonic(time_ns) };
         if let Ok(pose) = history.lookup(time) {
-            prop_assert!(pose.position_m().is_none_or(|p| p.is_finite()));
+            prop_assert!(pose.position_m().is_none_or(glam::DVec3::is_finite));
         }
     }
 }
@@ -121,7 +122,7 @@ fn reading_continues_across_breaks_and_counts_what_was_pushed_out() {
     assert!(history.is_empty());
     history.push(checked(at(3)));
     let (gone, poses) = history.since(1);
-    assert_eq!((gone, poses.map(|p| p.sequence()).collect::<Vec<_>>()), (0, vec![1, 2, 3]));
+    assert_eq!((gone, poses.map(CameraPose::sequence).collect::<Vec<_>>()), (0, vec![1, 2, 3]));
     (4..10).for_each(|sequence| history.push(checked(at(sequence))));
     let (gone, poses) = history.since(4);
     assert_eq!((gone, poses.len()), (2, 4));

@@ -71,8 +71,7 @@ fn covariance(field: &'static str, triangle: &[f64; 6]) -> Result<(), MessageErr
 }
 
 fn finite(field: &'static str, values: &[f64], limit: f64) -> Result<(), MessageError> {
-    // `NaN` compares false, so it is refused too.
-    match values.iter().copied().find(|v| !(v.abs() <= limit)) {
+    match values.iter().copied().find(|v| v.is_nan() || v.abs() > limit) {
         Some(value) => Err(MessageError::OutOfRange { field, value, limit }),
         None => Ok(()),
     }

@@ -1,0 +1,110 @@
+//! Arguments.
+
+use std::time::Duration;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+use super::seconds::{Instant, duration, instant};
+
+/// Shows where the cameras of a running Lodestone daemon are, and how they fare.
+///
+/// Exit codes: 0 good, 2 wrong usage, 1 anything else (no daemon, another schema version, no pose
+/// at that time).
+#[derive(Debug, Parser)]
+#[command(name = "lodestone", version)]
+pub(super) struct Args {
+    #[command(flatten)]
+    pub(super) common: Common,
+    #[command(subcommand)]
+    pub(super) command: Command,
+}
+
+/// What every command takes.
+#[derive(Debug, clap::Args)]
+pub(super) struct Common {
+    /// One JSON object per line; what is unknown is null.
+    #[arg(long, global = true, help_heading = EVERY)]
+    pub(super) json: bool,
+    // Given as attributes: a doc comment would want the names in backticks.
+    #[arg(long, global = true, help_heading = EVERY, value_name = "PREFIX", help = PREFIX_HELP)]
+    pub(super) prefix: Option<String>,
+    #[arg(long, global = true, help_heading = EVERY, value_name = "DIRECTORY", help = ROOT_HELP)]
+    pub(super) root: Option<String>,
+    /// Wait this long for a daemon to appear.
+    #[arg(
+        long, global = true, help_heading = EVERY, value_name = "SECONDS",
+        value_parser = duration, default_value = "0"
+    )]
+    pub(super) wait: Duration,
+    #[arg(long, short, global = true, help_heading = EVERY, help = VERBOSE_HELP)]
+    pub(super) verbose: bool,
+}
+
+const EVERY: &str = "Options of every command";
+const PREFIX_HELP: &str = "Prefix of the daemon's files in shared memory [default: $LODESTONE_SHM_PREFIX, else lodestone_]";
+const ROOT_HELP: &str = "Directory of the daemon's service files [default: $LODESTONE_SHM_ROOT, else /dev/shm/lodestone/]";
+const VERBOSE_HELP: &str =
+    "Log to stderr what the transport does; $LODESTONE_LOG filters [default: debug]";
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// State, rates, losses, heading and position of each camera, once.
+    Status(StatusArgs),
+    /// The same as a live table; without a terminal, one line per camera and second.
+    Watch(WatchArgs),
+    /// Poses of one camera as they come.
+    Echo(EchoArgs),
+    /// Where a camera was at a time: interpolated, or predicted for at most 50 ms.
+    Lookup(LookupArgs),
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct StatusArgs {
+    /// Only this camera.
+    #[arg(long, value_name = "NAME")]
+    pub(super) camera: Option<String>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct WatchArgs {
+    /// Time between two looks [default: 0.2 in a terminal, else 1]
+    #[arg(long, value_name = "SECONDS", value_parser = duration)]
+    pub(super) interval: Option<Duration>,
+    /// Stop after so many looks.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(super) count: Option<u64>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct EchoArgs {
+    /// The camera; may be left out if there is one only.
+    #[arg(long, value_name = "NAME")]
+    pub(super) camera: Option<String>,
+    /// Stop after so many poses.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(super) count: Option<u64>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct LookupArgs {
+    /// The camera; may be left out if there is one only.
+    #[arg(long, value_name = "NAME")]
+    pub(super) camera: Option<String>,
+    /// The time, as decimal seconds (12.345678901) or nanoseconds (12345678901ns).
+    #[arg(long, value_name = "T", value_parser = instant, required_unless_present = "ago")]
+    pub(super) time: Option<Instant>,
+    /// The clock that the time is of.
+    #[arg(long, value_enum, default_value_t = ClockName::Unix, conflicts_with = "ago")]
+    pub(super) clock: ClockName,
+    /// So long before now, as decimal seconds.
+    #[arg(long, value_name = "SECONDS", value_parser = duration, conflicts_with = "time")]
+    pub(super) ago: Option<Duration>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum ClockName {
+    /// Since the UNIX epoch, as cameras stamp images.
+    Unix,
+    #[value(help = "CLOCK_MONOTONIC, time since boot without suspend")]
+    Monotonic,
+}

@@ -1,0 +1,62 @@
+//! The command: arguments, commands, and how they end.
+
+mod args;
+mod describe;
+mod echo;
+mod failure;
+mod json;
+mod lookup;
+mod output;
+mod report;
+mod seconds;
+mod session;
+mod status;
+mod stop;
+mod table;
+mod watch;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use iceoryx2::prelude::{LogLevel, set_log_level};
+use tracing_subscriber::EnvFilter;
+
+use args::{Args, Command};
+use failure::Failure;
+use session::Session;
+
+/// Runs the command line; the exit code is 0 (good), 2 (wrong usage) or 1 (anything else).
+pub(crate) fn run() -> ExitCode {
+    let args = Args::parse();
+    log_to_stderr(args.common.verbose);
+    match command(&args) {
+        Ok(()) | Err(Failure::NobodyReads) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("lodestone: {failure}");
+            failure.exit_code()
+        }
+    }
+}
+
+fn command(args: &Args) -> Result<(), Failure> {
+    let stop = stop::Stop::on_signals()?;
+    let session = Session::new(&args.common, stop)?;
+    match &args.command {
+        Command::Status(chosen) => status::run(&session, chosen),
+        Command::Watch(chosen) => watch::run(&session, chosen),
+        Command::Echo(chosen) => echo::run(&session, chosen),
+        Command::Lookup(chosen) => lookup::run(&session, chosen),
+    }
+}
+
+/// The transport logs as errors what the command explains in its own words, so it is silent
+/// unless asked.
+fn log_to_stderr(verbose: bool) {
+    if !verbose {
+        set_log_level(LogLevel::Fatal);
+        return;
+    }
+    set_log_level(LogLevel::Debug);
+    let filter = EnvFilter::try_from_env("LODESTONE_LOG").unwrap_or_else(|_| "debug".into());
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+}
