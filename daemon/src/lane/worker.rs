@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use lodestone_fusion::{Refusal, SensorTime};
-use lodestone_schema::{CalibratedSample, LaneState, Pose, Status};
+use lodestone_schema::{CalibratedSample, LaneState, Pose, Status, Validity};
 
 use super::core::{Core, Phase, StepOutput};
 use super::message::{fill_pose, sample_message};
@@ -137,6 +137,7 @@ impl<P: Publish> Outlet<P> {
     fn publish(&mut self, step: &StepOutput, arrival: HostTime, started: HostTime, calibrated: bool) {
         fill_pose(&mut self.pose, step, &self.settings.validity, calibrated);
         self.pose.time_ns = self.host_time_ns(step.time);
+        self.pose.validity |= Validity::TIME.bits();
         self.pose.arrival_time_ns = arrival.as_nanos();
         self.pose.step_start_time_ns = started.as_nanos();
         self.pose.step_end_time_ns = HostTime::now().as_nanos();
