@@ -34,7 +34,10 @@ pub use flags::{HeadingSource, PositionSource, SampleFlags, Status, Validity};
 pub use health::{Health, LaneState};
 pub use pose::Pose;
 pub use sample::CalibratedSample;
-pub use service::{MAX_CAMERA_NAME_LEN, ServiceKind, camera_of, is_camera_name, version_of};
+pub use service::{
+    DEFAULT_PREFIX, DEFAULT_ROOT, MAX_CAMERA_NAME_LEN, ServiceKind, camera_of, is_camera_name,
+    version_of,
+};
 
 /// Version of every message in this crate.
 pub const SCHEMA_VERSION: u32 = 1;

@@ -4,6 +4,14 @@ use core::fmt;
 
 use crate::SCHEMA_VERSION;
 
+/// Prefix of every file in shared memory when nothing else is configured.
+pub const DEFAULT_PREFIX: &str = "lodestone_";
+
+/// Directory of the services when nothing else is configured.
+///
+/// Not under `/tmp`: cleaners delete the files of services that nobody opened for a while.
+pub const DEFAULT_ROOT: &str = "/dev/shm/lodestone/";
+
 /// Longest camera name, bytes.
 pub const MAX_CAMERA_NAME_LEN: usize = 32;
 

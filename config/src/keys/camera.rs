@@ -217,6 +217,12 @@ pub(super) const TRANSPORT: &[Key] = &[
         "Rate of the sensor against its nominal 400 Hz, minus one; 0.01 is 404 Hz.",
     ),
     key(
+        "clock_error",
+        Number(plus_minus(0.03)),
+        "",
+        "Rate of the sensor's clock, which stamps the samples, against true time, minus one.",
+    ),
+    key(
         "mag_every",
         Whole(1, 4000),
         "samples",

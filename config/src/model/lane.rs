@@ -23,9 +23,9 @@ pub struct SharedMemory {
 impl Default for SharedMemory {
     fn default() -> Self {
         Self {
-            prefix: "lodestone_".into(),
+            prefix: lodestone_schema::DEFAULT_PREFIX.into(),
             // Not under /tmp: cleaners delete the files that make a service findable.
-            root: "/dev/shm/lodestone/".into(),
+            root: lodestone_schema::DEFAULT_ROOT.into(),
             pose_history: 512,
             max_subscribers: 16,
             wake_events: false,

@@ -178,7 +178,9 @@ impl Lane {
 fn recorded_camera(loaded: &Loaded) -> Camera {
     let cameras = &loaded.config.camera;
     let configured = cameras.iter().find(|camera| camera.driver == DriverKind::Replay);
-    configured.cloned().unwrap_or_else(|| Camera { driver: DriverKind::Replay, ..Camera::default() })
+    configured
+        .cloned()
+        .unwrap_or_else(|| Camera { driver: DriverKind::Replay, ..Camera::default() })
 }
 
 fn tell(recording: &Path, s: &Summary) {
@@ -191,7 +193,8 @@ fn tell(recording: &Path, s: &Summary) {
         out_of_order = c.out_of_order,
         invalid = c.invalid,
         resets = c.resets,
-        "{}", recording.display()
+        "{}",
+        recording.display()
     );
     if let Phase::Aligning(waiting) = s.phase {
         tracing::warn!("{}: never aligned: {waiting}", recording.display());

@@ -101,7 +101,8 @@ pub fn run(
 
     let result = start_all(&loaded.config, &mut lanes, &mut open).and_then(|kept| {
         let overview = Overview::default();
-        let housekeeping = Housekeeping::start(&domain, &loaded.config, kept, &overview, &unix_offset)?;
+        let housekeeping =
+            Housekeeping::start(&domain, &loaded.config, kept, &overview, &unix_offset)?;
         info!("serving {} cameras in {}", loaded.config.camera.len(), domain.root);
         let watched = watch(&mut lanes, &housekeeping, &overview, &mut console, args, &stop);
         stop.raise();

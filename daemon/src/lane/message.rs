@@ -87,7 +87,11 @@ pub(super) fn forget(pose: &mut Pose) {
 }
 
 /// The calibrated sample as a message; its times on the host's clock are the caller's to add.
-pub fn sample_message(sample: &ImuSample, temperature_c: Option<f32>, calibrated: bool) -> CalibratedSample {
+pub fn sample_message(
+    sample: &ImuSample,
+    temperature_c: Option<f32>,
+    calibrated: bool,
+) -> CalibratedSample {
     let mut flags = SampleFlags::empty();
     flags.set(SampleFlags::MAGNETOMETER, sample.mag.is_some());
     flags.set(SampleFlags::TEMPERATURE, temperature_c.is_some());

@@ -95,7 +95,10 @@ impl<P: Publish> Worker<P> {
         });
         if taken.refusal.is_none() {
             outlet.note_sensor(reading);
-            outlet.publish_sample(&sample_message(&taken.sample, reading.temperature_c, calibrated), reading);
+            outlet.publish_sample(
+                &sample_message(&taken.sample, reading.temperature_c, calibrated),
+                reading,
+            );
         }
         if taken.refusal != Some(Refusal::Duplicate) {
             outlet.report_state(&self.core);
@@ -113,7 +116,8 @@ impl<P: Publish> Worker<P> {
             self.outlet.publish_stale();
         }
         if lost || silent {
-            let state = if self.last_arrival.is_some() { LaneState::Lost } else { LaneState::Searching };
+            let state =
+                if self.last_arrival.is_some() { LaneState::Lost } else { LaneState::Searching };
             self.outlet.board.set_state(state);
         }
     }
@@ -134,7 +138,13 @@ impl<P: Publish> Worker<P> {
 }
 
 impl<P: Publish> Outlet<P> {
-    fn publish(&mut self, step: &StepOutput, arrival: HostTime, started: HostTime, calibrated: bool) {
+    fn publish(
+        &mut self,
+        step: &StepOutput,
+        arrival: HostTime,
+        started: HostTime,
+        calibrated: bool,
+    ) {
         fill_pose(&mut self.pose, step, &self.settings.validity, calibrated);
         self.pose.time_ns = self.host_time_ns(step.time);
         self.pose.validity |= Validity::TIME.bits();

@@ -83,9 +83,9 @@ impl Housekeeping {
             let (domain, config) = (domain.clone(), config.clone());
             let (overview, stop) = (overview.clone(), stop.clone());
             let unix_offset = unix_offset.clone();
-            thread::Builder::new()
-                .name("housekeeping".into())
-                .spawn(move || serve(&domain, &config, lanes, &overview, &unix_offset, &stop, &ready))?
+            thread::Builder::new().name("housekeeping".into()).spawn(move || {
+                serve(&domain, &config, lanes, &overview, &unix_offset, &stop, &ready)
+            })?
         };
         match opened.recv() {
             Ok(Ok(())) => Ok(Self { thread, stop }),

@@ -10,13 +10,7 @@ use iceoryx2::prelude::{
     FileName, FilePath, NodeName, Path, SemanticString, SignalHandlingMode, ipc,
 };
 
-/// Prefix of every file when nothing else is configured.
-pub const DEFAULT_PREFIX: &str = "lodestone_";
-
-/// Root directory when nothing else is configured.
-///
-/// Not under `/tmp`: cleaners delete the files of services that nobody opened for a while.
-pub const DEFAULT_ROOT: &str = "/dev/shm/lodestone/";
+use crate::{DEFAULT_PREFIX, DEFAULT_ROOT};
 
 /// How long iceoryx2 may wait for a file that another process is still making.
 ///
@@ -72,7 +66,8 @@ fn hint(failure: NodeCreationFailure) -> &'static str {
         NodeCreationFailure::InsufficientPermissions => {
             " (the directory belongs to another user: run as that user, or configure another root)"
         }
-        _ => " (is there space in /dev/shm, and is the directory writable?)",
+        // Also what iceoryx2 says of a directory that another user made.
+        _ => " (does the directory belong to this user, and is there space in /dev/shm?)",
     }
 }
 

@@ -12,7 +12,7 @@
 mod domain;
 mod open;
 
-pub use domain::{DEFAULT_PREFIX, DEFAULT_ROOT, Domain, DomainError};
+pub use domain::{Domain, DomainError};
 pub use open::{
     Availability, Events, OpenError, PublishSubscribe, Qos, cameras, open_event_for_reading,
     open_event_for_writing, open_for_reading, open_for_writing,
