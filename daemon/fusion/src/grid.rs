@@ -306,3 +306,6 @@ impl Grid {
         step
     }
 }
+
+#[cfg(test)]
+mod tests;
