@@ -209,3 +209,6 @@ fn first_covariance(
     cov.restore();
     cov
 }
+
+#[cfg(test)]
+mod tests;

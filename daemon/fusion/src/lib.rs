@@ -24,6 +24,8 @@ mod rest;
 mod sample;
 pub mod so3;
 mod state;
+#[cfg(test)]
+mod testing;
 mod time;
 pub mod update;
 
