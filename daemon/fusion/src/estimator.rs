@@ -246,7 +246,7 @@ impl Estimator {
         // The window is longer than the interval, so successive means are correlated: the noise is
         // counted as if each block came alone.
         let noise = p.noise.gyro_density / libm::sqrt(p.rest.interval_s);
-        standstill::zero_rate(state, window.rate, noise.max(2e-4));
+        standstill::zero_rate(state, window.confirmed_rate, noise.max(2e-4));
     }
 
     fn level(&mut self, state: &mut State, span_s: f64) -> Option<Outcome> {
