@@ -259,24 +259,36 @@ impl Estimator {
     }
 
     fn steer(&mut self, state: &mut State, step: &Step) -> Option<CompassReport> {
+        self.since_compass_s += step.increment.span_s;
+        let report = self.compass_update(state, step);
+        if report.is_some_and(|r| r.outcome.used) {
+            self.since_compass_s = 0.0;
+        }
+        if self.compass.reference().is_some() {
+            self.heading_origin = self.origin_now();
+        }
+        report
+    }
+
+    fn compass_update(&mut self, state: &mut State, step: &Step) -> Option<CompassReport> {
         let p = &self.parameters;
         let field = step.mag.map(|m| state.orientation * m.vector);
-        self.since_compass_s += step.increment.span_s;
         let average = self.compass.average(field, step.increment.span_s, &p.compass)?;
         self.compass.reference()?;
         let report =
             self.compass.update(state, average, p.noise.mag_sigma_ut, p.heading, &p.compass)?;
         self.magnetic_norm_ut = Some(report.norm_ut);
-        if report.outcome.used {
-            self.since_compass_s = 0.0;
-        }
-        self.heading_origin = match p.heading {
+        Some(report)
+    }
+
+    /// Where the heading comes from, silence of the magnetometer included.
+    fn origin_now(&self) -> HeadingOrigin {
+        match self.parameters.heading {
             HeadingMode::InitialOnly => HeadingOrigin::InitialOnly,
             _ if self.since_compass_s > HELD_AFTER_S || self.compass.is_disturbed() => {
                 HeadingOrigin::Held
             }
             _ => HeadingOrigin::Magnetometer,
-        };
-        Some(report)
+        }
     }
 }
