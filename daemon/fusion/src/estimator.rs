@@ -100,6 +100,10 @@ const HELD_AFTER_S: f64 = 1.0;
 const GAP_RATE_RAD_S: f64 = 1.0;
 /// An unseen acceleration during a gap.
 const GAP_ACCELERATION_M_S2: f64 = 3.0;
+/// No camera's attitude is less known than after half a turn, nor its speed than on a motorway; a
+/// larger variance would only swamp the rest of the covariance by rounding.
+const GAP_TURN_LIMIT_RAD: f64 = core::f64::consts::PI;
+const GAP_SPEED_LIMIT_M_S: f64 = 50.0;
 
 impl Estimator {
     /// An estimator that waits for its alignment.
@@ -146,9 +150,9 @@ impl Estimator {
         self.resting_s = 0.0;
         self.alignment = Alignment::new();
         let Some(state) = &mut self.state else { return };
-        let turn = GAP_RATE_RAD_S * gap_s;
-        let speed = GAP_ACCELERATION_M_S2 * gap_s;
-        let way = libm::sqrt(state.velocity.length_squared()) * gap_s + 0.5 * speed * gap_s;
+        let turn = (GAP_RATE_RAD_S * gap_s).min(GAP_TURN_LIMIT_RAD);
+        let speed = (GAP_ACCELERATION_M_S2 * gap_s).min(GAP_SPEED_LIMIT_M_S);
+        let way = (libm::sqrt(state.velocity.length_squared()) + 0.5 * speed) * gap_s;
         state.covariance.add_variances(ORIENTATION, DVec3::splat(turn * turn));
         state.covariance.add_variances(VELOCITY, DVec3::splat(speed * speed));
         state.covariance.add_variances(POSITION, DVec3::splat(way * way));
