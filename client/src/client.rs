@@ -8,8 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use iceoryx2::node::Node;
 use iceoryx2::prelude::ipc;
 use lodestone_schema::transport::{Availability, Domain, DomainError, cameras};
-use lodestone_schema::{DEFAULT_PREFIX, DEFAULT_ROOT};
-use lodestone_schema::{ServiceKind, is_camera_name};
+use lodestone_schema::{DEFAULT_PREFIX, DEFAULT_ROOT, ServiceKind, is_camera_name};
 use rustix::fs::{Access, access};
 use rustix::io::Errno;
 

@@ -104,7 +104,7 @@ impl Alignment {
                 *self = Self { detector, waiting: reason, ..Self::new() };
                 None
             }
-            None if self.quiet_s + window.span_s < p.alignment.rest_s => {
+            None if self.quiet_s < p.alignment.rest_s => {
                 self.waiting = Waiting::Collecting;
                 None
             }
@@ -156,12 +156,13 @@ fn refuse(window: &WindowStatistics, p: &Parameters) -> Option<Waiting> {
     }
 }
 
-/// The shortest rotation that takes a specific force to up.
+/// A rotation that takes a specific force to up.
 fn level(force: DVec3) -> DQuat {
     let up = force.normalize_or(DVec3::Z);
-    if up.z < -0.999_999 {
-        // Upside down: half a turn about any horizontal axis.
-        return DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
+    if up.z < -0.999 {
+        // Upside down, where the shortest arc is ill-defined: half a turn about x first.
+        let half_turn = DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
+        return DQuat::from_rotation_arc(half_turn * up, DVec3::Z) * half_turn;
     }
     DQuat::from_rotation_arc(up, DVec3::Z)
 }
@@ -205,5 +206,9 @@ fn first_covariance(
         cov.add_variance(ORIENTATION.0 + 2, deviation);
         cov.set(ORIENTATION.0 + 2, DEVIATION, -deviation);
     }
+    cov.restore();
     cov
 }
+
+#[cfg(test)]
+mod tests;

@@ -196,3 +196,6 @@ impl Covariance {
         self.rows.iter().flatten().all(|x| x.is_finite())
     }
 }
+
+#[cfg(test)]
+mod tests;

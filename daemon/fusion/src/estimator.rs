@@ -100,6 +100,10 @@ const HELD_AFTER_S: f64 = 1.0;
 const GAP_RATE_RAD_S: f64 = 1.0;
 /// An unseen acceleration during a gap.
 const GAP_ACCELERATION_M_S2: f64 = 3.0;
+/// No camera's attitude is less known than after half a turn, nor its speed than on a motorway; a
+/// larger variance would only swamp the rest of the covariance by rounding.
+const GAP_TURN_LIMIT_RAD: f64 = core::f64::consts::PI;
+const GAP_SPEED_LIMIT_M_S: f64 = 50.0;
 
 impl Estimator {
     /// An estimator that waits for its alignment.
@@ -146,9 +150,9 @@ impl Estimator {
         self.resting_s = 0.0;
         self.alignment = Alignment::new();
         let Some(state) = &mut self.state else { return };
-        let turn = GAP_RATE_RAD_S * gap_s;
-        let speed = GAP_ACCELERATION_M_S2 * gap_s;
-        let way = libm::sqrt(state.velocity.length_squared()) * gap_s + 0.5 * speed * gap_s;
+        let turn = (GAP_RATE_RAD_S * gap_s).min(GAP_TURN_LIMIT_RAD);
+        let speed = (GAP_ACCELERATION_M_S2 * gap_s).min(GAP_SPEED_LIMIT_M_S);
+        let way = (libm::sqrt(state.velocity.length_squared()) + 0.5 * speed) * gap_s;
         state.covariance.add_variances(ORIENTATION, DVec3::splat(turn * turn));
         state.covariance.add_variances(VELOCITY, DVec3::splat(speed * speed));
         state.covariance.add_variances(POSITION, DVec3::splat(way * way));
@@ -246,7 +250,7 @@ impl Estimator {
         // The window is longer than the interval, so successive means are correlated: the noise is
         // counted as if each block came alone.
         let noise = p.noise.gyro_density / libm::sqrt(p.rest.interval_s);
-        standstill::zero_rate(state, window.rate, noise.max(2e-4));
+        standstill::zero_rate(state, window.confirmed_rate, noise.max(2e-4));
     }
 
     fn level(&mut self, state: &mut State, span_s: f64) -> Option<Outcome> {
@@ -259,24 +263,36 @@ impl Estimator {
     }
 
     fn steer(&mut self, state: &mut State, step: &Step) -> Option<CompassReport> {
+        self.since_compass_s += step.increment.span_s;
+        let report = self.compass_update(state, step);
+        if report.is_some_and(|r| r.outcome.used) {
+            self.since_compass_s = 0.0;
+        }
+        if self.compass.reference().is_some() {
+            self.heading_origin = self.origin_now();
+        }
+        report
+    }
+
+    fn compass_update(&mut self, state: &mut State, step: &Step) -> Option<CompassReport> {
         let p = &self.parameters;
         let field = step.mag.map(|m| state.orientation * m.vector);
-        self.since_compass_s += step.increment.span_s;
         let average = self.compass.average(field, step.increment.span_s, &p.compass)?;
         self.compass.reference()?;
         let report =
             self.compass.update(state, average, p.noise.mag_sigma_ut, p.heading, &p.compass)?;
         self.magnetic_norm_ut = Some(report.norm_ut);
-        if report.outcome.used {
-            self.since_compass_s = 0.0;
-        }
-        self.heading_origin = match p.heading {
+        Some(report)
+    }
+
+    /// Where the heading comes from, silence of the magnetometer included.
+    fn origin_now(&self) -> HeadingOrigin {
+        match self.parameters.heading {
             HeadingMode::InitialOnly => HeadingOrigin::InitialOnly,
             _ if self.since_compass_s > HELD_AFTER_S || self.compass.is_disturbed() => {
                 HeadingOrigin::Held
             }
             _ => HeadingOrigin::Magnetometer,
-        };
-        Some(report)
+        }
     }
 }

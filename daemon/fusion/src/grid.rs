@@ -90,7 +90,7 @@ pub enum Refusal {
     /// A value is NaN or infinite.
     #[error("a value is not finite")]
     NotFinite,
-    /// A value is finite but no sensor can measure it.
+    /// A value is finite but no sensor can measure it, or the time stamp is the clock's very last.
     #[error("a value is larger than any sensor measures")]
     OutOfRange,
     /// The time stamp is that of the sample before.
@@ -137,6 +137,7 @@ struct Segment {
     consumed_to: SensorTime,
     mag: Option<DVec3>,
     bridged: bool,
+    saturated: bool,
 }
 
 /// The state of the grid.
@@ -197,8 +198,8 @@ impl Grid {
             consumed_to: last.time,
             mag: sample.mag.map(|m| m.vector),
             bridged: lost > 0,
+            saturated: last.saturated || sample.saturated,
         });
-        self.open_saturated |= sample.saturated;
         self.last = Some(sample);
         Ok(Accepted::Continued { lost })
     }
@@ -246,7 +247,9 @@ impl Grid {
         let p = &self.parameters;
         let limits = [p.max_rate_rad_s, p.max_specific_force_m_s2, p.max_field_ut];
         let good = all.iter().zip(limits).all(|(v, limit)| within(*v, limit));
-        good.then_some(()).ok_or(Refusal::OutOfRange)
+        // The next step must end on the clock too, or the grid would stand still there for ever.
+        let on_clock = sample.time.as_nanos() <= i64::MAX - p.step.as_nanos();
+        (good && on_clock).then_some(()).ok_or(Refusal::OutOfRange)
     }
 
     fn begin(&mut self, sample: ImuSample) {
@@ -264,14 +267,19 @@ impl Grid {
     }
 
     fn consume(&mut self, segment: &mut Segment, to: SensorTime) {
-        let whole = (segment.to - segment.from).as_secs_f64();
         let from = segment.consumed_to;
+        if from == to {
+            // Used up: what is known of this line says nothing of the step that begins at its end.
+            return;
+        }
+        let whole = (segment.to - segment.from).as_secs_f64();
         // The mean of a straight line over a span is its value in the middle.
         let middle =
             0.5 * ((from - segment.from).as_secs_f64() + (to - segment.from).as_secs_f64()) / whole;
         let at = |ends: [DVec3; 2]| ends[0] + (ends[1] - ends[0]) * middle;
         self.open.add((to - from).as_secs_f64(), at(segment.rate), at(segment.force));
         self.open_bridged |= segment.bridged;
+        self.open_saturated |= segment.saturated;
         segment.consumed_to = to;
     }
 
@@ -298,3 +306,6 @@ impl Grid {
         step
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -9,6 +9,9 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(test)]
+extern crate std;
+
 mod alignment;
 mod covariance;
 mod estimator;
@@ -21,6 +24,8 @@ mod rest;
 mod sample;
 pub mod so3;
 mod state;
+#[cfg(test)]
+mod testing;
 mod time;
 pub mod update;
 

@@ -109,3 +109,6 @@ fn propagate_covariance(state: &mut State, e: &Errors, noise: &ProcessNoise) {
     p.add_variance(DEVIATION, noise.deviation_variance * (1.0 - kept * kept));
     state.deviation *= kept;
 }
+
+#[cfg(test)]
+mod tests;

@@ -46,6 +46,9 @@ pub struct WindowStatistics {
     pub span_s: f64,
     /// Mean angular rate, rad/s.
     pub rate: DVec3,
+    /// Mean angular rate over the window's first block, which the rest of the window confirms,
+    /// rad/s.
+    pub confirmed_rate: DVec3,
     /// Mean specific force, m/s².
     pub force: DVec3,
     /// Largest standard deviation of the angular rate over the axes, rad/s.
@@ -114,9 +117,12 @@ impl RestDetector {
         let (rate, force) = (all.rate * per_count, all.force * per_count);
         let rate_variance = all.rate_squared * per_count - rate * rate;
         let force_variance = all.force_squared * per_count - force * force;
+        // The next block to be overwritten is the oldest.
+        let oldest = &self.blocks[self.next];
         WindowStatistics {
             span_s,
             rate,
+            confirmed_rate: oldest.rate * oldest.count.recip(),
             force,
             rate_deviation: libm::sqrt(rate_variance.max_element().max(0.0)),
             force_deviation: libm::sqrt(force_variance.max_element().max(0.0)),

@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use crate::covariance::{
     ACCEL_BIAS, Block, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, ORIENTATION, POSITION,
-    Row, VELOCITY,
+    Row, STATES, VELOCITY,
 };
 use crate::frame::{Body, Rotation, World};
 use crate::so3;
@@ -27,7 +27,7 @@ pub struct State {
     pub accel_bias: DVec3,
     /// Leaky integral of the acceleration in the world, m/s: what levelling looks at.
     pub leaky_velocity: DVec3,
-    /// Angle by which the local field's north lies off the world's north, rad, about up.
+    /// Angle by which the local field's north lies east of the world's north, rad.
     pub deviation: f64,
     /// Covariance of the error state.
     pub covariance: Covariance,
@@ -55,6 +55,21 @@ impl State {
         self.accel_bias += part(ACCEL_BIAS);
         self.leaky_velocity += part(LEAKY_VELOCITY);
         self.deviation += error[DEVIATION];
+    }
+
+    /// The error that leads from another state to this one: `self = other ⊞ δ`, in the units and
+    /// order of the error states. The orientation's part is at most half a turn long.
+    pub fn error_from(&self, other: &Self) -> Row {
+        let mut error = [0.0; STATES];
+        let mut put = |b: Block, v: DVec3| error[b.0..b.0 + 3].copy_from_slice(&v.to_array());
+        put(ORIENTATION, so3::log(self.orientation * other.orientation.conjugate()));
+        put(VELOCITY, self.velocity - other.velocity);
+        put(POSITION, self.position - other.position);
+        put(GYRO_BIAS, self.gyro_bias - other.gyro_bias);
+        put(ACCEL_BIAS, self.accel_bias - other.accel_bias);
+        put(LEAKY_VELOCITY, self.leaky_velocity - other.leaky_velocity);
+        error[DEVIATION] = self.deviation - other.deviation;
+        error
     }
 
     /// Whether every number in it is finite.

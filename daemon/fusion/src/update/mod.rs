@@ -36,3 +36,6 @@ pub(crate) fn innovation_variance(state: &State, h: &Row, variance: f64) -> f64 
 fn dot(a: &Row, b: &Row) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
+
+#[cfg(test)]
+mod tests;
