@@ -84,7 +84,7 @@ impl Housekeeping {
             let (overview, stop) = (overview.clone(), stop.clone());
             let unix_offset = unix_offset.clone();
             thread::Builder::new().name("housekeeping".into()).spawn(move || {
-                serve(&domain, &config, lanes, &overview, &unix_offset, &stop, &ready)
+                serve(&domain, &config, lanes, &overview, &unix_offset, &stop, &ready);
             })?
         };
         match opened.recv() {

@@ -7,6 +7,7 @@ fn uniform(n: u32) -> LaneStatus {
     let x = f64::from(n);
     LaneStatus {
         time_ns: i64::from(n),
+        sensor_time_ns: i64::from(n),
         status: lodestone_schema::Status::from_bits_retain(n),
         validity: lodestone_schema::Validity::from_bits_retain(n),
         heading_source: n as u8,
