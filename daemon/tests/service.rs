@@ -6,12 +6,14 @@ mod common;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use common::{
     child, child_on_small_shm, in_child, is_child, on_small_shm, own_domain, pose, said,
     shared_memory_files, small,
 };
+use lodestone_config::Loaded;
 use lodestone_config::model::{Camera, Config, DriverKind, SharedMemory};
 use lodestone_daemon::cli::RunArgs;
 use lodestone_daemon::commands::run::run;
@@ -42,7 +44,8 @@ fn play_the_daemon() {
     let config = configured(SharedMemory { prefix: text("PREFIX"), root: text("ROOT"), ..small() });
     let duration = text("DURATION").parse().ok().map(Duration::from_secs_f64);
     logging::init(None, None).unwrap();
-    let result = run(config, &RunArgs { duration }, Console::choose(), start_lane);
+    let loaded = Loaded { config, path: PathBuf::new() };
+    let result = run(loaded, &RunArgs { duration }, Console::choose(), start_lane);
     if let Err(e) = &result {
         eprintln!("lodestoned: {e}");
     }
@@ -74,7 +77,7 @@ impl TruthProvider for MadeUpTruth {
 
 /// Publishes until it is stopped, or does what `MISHAP` says after a few poses.
 fn lane(context: &LaneContext, ready: Ready) -> Result<(), LaneFailure> {
-    let (settings, name) = (&context.config.shared_memory, &context.settings().name);
+    let (settings, name) = (&context.loaded.config.shared_memory, &context.settings().name);
     let mishap = std::env::var("MISHAP").unwrap_or_default();
     assert!(mishap != "at once", "bad luck at once");
     let mut publisher =
