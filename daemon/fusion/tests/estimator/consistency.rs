@@ -125,8 +125,9 @@ fn carried_lively() {
     assert_within("gyroscope bias", scores.gyro_bias, 0.5, 1.8);
     assert_within("accelerometer bias", scores.accel_bias, 0.2, 1.2);
     // The compass counts the tilt, which lasts, as noise that is new with each reading: the
-    // innovations are smaller than it thinks, and the heading is less sure.
+    // innovations are smaller than it thinks, and the heading is known three times worse.
     assert_within("compass", scores.compass, 0.3, 1.5);
+    assert_within("heading", scores.heading, 0.85, 6.0);
 }
 
 #[test]
