@@ -12,7 +12,7 @@
 
 use glam::DVec3;
 
-use super::{Outcome, apply, innovation_variance};
+use super::{Outcome, apply_blind, innovation_variance};
 use crate::covariance::{LEAKY_VELOCITY, Row, STATES};
 use crate::parameters::LevellingParameters;
 use crate::state::State;
@@ -41,7 +41,8 @@ pub(crate) fn update(state: &mut State, p: &LevellingParameters) -> Outcome {
         let residual = residual(state)[axis];
         let usual = innovation_variance(state, &row, p.sigma_m_s * p.sigma_m_s);
         let excess = residual * residual / (usual * p.gate_sigma * p.gate_sigma);
-        let outcome = apply(state, &row, residual, variance * excess.max(1.0));
+        let variance = variance * excess.max(1.0);
+        let outcome = apply_blind(state, &row, residual, variance);
         let nis = residual * residual / usual;
         if nis > worst.nis {
             worst = Outcome { nis, ..outcome };

@@ -4,7 +4,7 @@ pub mod compass;
 pub mod levelling;
 pub mod standstill;
 
-use crate::covariance::Row;
+use crate::covariance::{ORIENTATION, Row};
 use crate::state::State;
 
 /// What became of a measurement.
@@ -26,6 +26,31 @@ pub(crate) fn apply(state: &mut State, h: &Row, residual: f64, variance: f64) ->
     state.correct(&ph.map(|x| x * gain));
     state.covariance.deflate(&ph, innovation_variance);
     Outcome { residual, nis: residual * gain, used: true }
+}
+
+/// Index of the heading error.
+const HEADING: usize = ORIENTATION.0 + 2;
+/// Variance of the heading from which it counts as unknown, rad²: 1σ of 18°, where sine and tangent
+/// of the error begin to differ.
+const UNKNOWN_HEADING: f64 = 0.1;
+
+/// Applies one scalar measurement that cannot see the heading: of gravity, of standstill.
+///
+/// A heading error turns a velocity without changing its size. For a small error that does no harm;
+/// for a large one a linear filter sees growth, which a small velocity then contradicts, and becomes
+/// sure of a heading that nothing measures. So an unknown heading is spared: what is known of it
+/// counts, nothing is learnt about it (Schmidt's consider state).
+pub(crate) fn apply_blind(state: &mut State, h: &Row, residual: f64, variance: f64) -> Outcome {
+    if state.covariance.variance(HEADING) < UNKNOWN_HEADING {
+        return apply(state, h, residual, variance);
+    }
+    let ph = state.covariance.times(h);
+    let innovation_variance = dot(h, &ph) + variance;
+    let mut gain = ph.map(|x| x / innovation_variance);
+    gain[HEADING] = 0.0;
+    state.correct(&gain.map(|x| x * residual));
+    state.covariance.update_with_gain(&ph, &gain, innovation_variance);
+    Outcome { residual, nis: residual * residual / innovation_variance, used: true }
 }
 
 /// Variance of the innovation of a scalar measurement.

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::apply;
+use super::apply_blind;
 use crate::covariance::{Block, GYRO_BIAS, LEAKY_VELOCITY, Row, STATES, VELOCITY};
 use crate::state::State;
 
@@ -25,12 +25,12 @@ pub(crate) fn zero_velocity(state: &mut State, sigma_m_s: f64, faded: bool) {
     let variance = sigma_m_s * sigma_m_s;
     for axis in 0..3 {
         let residual = -state.velocity[axis];
-        apply(state, &jacobian(VELOCITY, axis), residual, variance);
+        apply_blind(state, &jacobian(VELOCITY, axis), residual, variance);
     }
     if faded {
         for axis in 0..3 {
             let residual = -state.leaky_velocity[axis];
-            apply(state, &jacobian(LEAKY_VELOCITY, axis), residual, variance);
+            apply_blind(state, &jacobian(LEAKY_VELOCITY, axis), residual, variance);
         }
     }
 }
@@ -39,6 +39,6 @@ pub(crate) fn zero_velocity(state: &mut State, sigma_m_s: f64, faded: bool) {
 pub(crate) fn zero_rate(state: &mut State, mean_rate: DVec3, sigma_rad_s: f64) {
     for axis in 0..3 {
         let residual = mean_rate[axis] - state.gyro_bias[axis];
-        apply(state, &jacobian(GYRO_BIAS, axis), residual, sigma_rad_s * sigma_rad_s);
+        apply_blind(state, &jacobian(GYRO_BIAS, axis), residual, sigma_rad_s * sigma_rad_s);
     }
 }
