@@ -149,7 +149,7 @@ fn refuse(window: &WindowStatistics, p: &Parameters) -> Option<Waiting> {
         Some(Waiting::Shaking(window.force_deviation))
     } else if (norm - p.gravity_m_s2).abs() > p.alignment.gravity_tolerance_m_s2 {
         Some(Waiting::NotGravity(norm))
-    } else if rate > p.rest.mean_rate_rad_s.max(3.0 * p.noise.gyro_bias_sigma) {
+    } else if rate > p.alignment.max_bias_rad_s.max(3.0 * p.noise.gyro_bias_sigma) {
         Some(Waiting::ConstantTurn(rate))
     } else {
         None

@@ -75,6 +75,32 @@ impl Covariance {
         }
     }
 
+    /// Sets one state's variance and removes its correlation with everything else.
+    pub fn forget(&mut self, index: usize, variance: f64) {
+        for k in 0..STATES {
+            self.set(index, k, 0.0);
+        }
+        self.set(index, index, variance);
+    }
+
+    /// The error model `x ← m x` for one block.
+    pub fn rotate(&mut self, block: Block, m: DMat3) {
+        let rows = [self.rows[block.0], self.rows[block.0 + 1], self.rows[block.0 + 2]];
+        for r in 0..3 {
+            for k in 0..STATES {
+                self.rows[block.0 + r][k] =
+                    m.x_axis[r] * rows[0][k] + m.y_axis[r] * rows[1][k] + m.z_axis[r] * rows[2][k];
+            }
+        }
+        let own = self.block(block, block) * m.transpose();
+        for r in 0..3 {
+            for c in 0..3 {
+                self.rows[block.0 + r][block.0 + c] = own.col(c)[r];
+            }
+        }
+        self.mirror(block.0, 3);
+    }
+
     /// Sets the covariance between two single states.
     pub fn set(&mut self, i: usize, j: usize, value: f64) {
         self.rows[i][j] = value;

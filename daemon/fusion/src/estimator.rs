@@ -35,6 +35,9 @@ pub struct StepReport {
     pub waiting: Option<Waiting>,
     /// The alignment was concluded in this step.
     pub just_aligned: bool,
+    /// North was found after an alignment without a magnetometer: the world turned about up, and
+    /// earlier poses do not compare.
+    pub world_turned: bool,
     /// The camera stands.
     pub at_rest: bool,
     /// The levelling update, if one was due.
@@ -90,6 +93,7 @@ pub struct Estimator {
     compass: Compass,
     heading_origin: HeadingOrigin,
     since_compass_s: f64,
+    world_turned: bool,
     magnetic_norm_ut: Option<f64>,
 }
 
@@ -122,6 +126,7 @@ impl Estimator {
             compass: Compass::new(),
             heading_origin: HeadingOrigin::Arbitrary,
             since_compass_s: 0.0,
+            world_turned: false,
             magnetic_norm_ut: None,
         }
     }
@@ -139,7 +144,14 @@ impl Estimator {
         let compass = self.steer(&mut state, step);
         state.covariance.restore();
         self.state = Some(state);
-        StepReport { waiting: None, just_aligned: false, at_rest: self.at_rest, levelling, compass }
+        StepReport {
+            waiting: None,
+            just_aligned: false,
+            world_turned: core::mem::take(&mut self.world_turned),
+            at_rest: self.at_rest,
+            levelling,
+            compass,
+        }
     }
 
     /// Accounts for a stretch of time without samples, too long to bridge.
@@ -217,6 +229,7 @@ impl Estimator {
         StepReport {
             waiting: aligned.is_none().then(|| self.alignment.waiting()),
             just_aligned: aligned.is_some(),
+            world_turned: false,
             at_rest: aligned.is_some(),
             levelling: None,
             compass: None,
@@ -277,12 +290,33 @@ impl Estimator {
     fn compass_update(&mut self, state: &mut State, step: &Step) -> Option<CompassReport> {
         let p = &self.parameters;
         let field = step.mag.map(|m| state.orientation * m.vector);
+        let turn = libm::sqrt(step.increment.angle.length_squared());
+        let speed = libm::sqrt(state.leaky_velocity.length_squared());
+        self.compass.note_motion(step.increment.span_s, turn, speed);
         let average = self.compass.average(field, step.increment.span_s, &p.compass)?;
-        self.compass.reference()?;
+        if self.compass.reference().is_none() {
+            self.find_north(state, average);
+            return None;
+        }
         let report =
             self.compass.update(state, average, p.noise.mag_sigma_ut, p.heading, &p.compass)?;
         self.magnetic_norm_ut = Some(report.norm_ut);
         Some(report)
+    }
+
+    /// The magnetometer speaks for the first time after an alignment without it.
+    fn find_north(&mut self, state: &mut State, (field, count): (DVec3, f64)) {
+        let Some(angle) = self.compass.adopt(field) else { return };
+        let square = |x: f64| x * x;
+        let horizontal_ut2 = square(field.x) + square(field.y);
+        let noise = square(self.parameters.noise.mag_sigma_ut) / (count * horizontal_ut2);
+        let tilt = state.covariance.variances(ORIENTATION).truncate().max_element();
+        let deviation = square(self.parameters.compass.deviation_sigma_rad);
+        let by_tilt = square(field.z) / horizontal_ut2 * tilt;
+        state.turn_world(angle, noise + by_tilt + deviation, deviation);
+        self.heading_origin = self.origin_when_used();
+        self.since_compass_s = 0.0;
+        self.world_turned = true;
     }
 
     /// Where the heading comes from, silence of the magnetometer included.

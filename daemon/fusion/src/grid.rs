@@ -1,6 +1,7 @@
 //! From samples at uneven times to increments on a constant time grid.
 //!
-//! Between two samples angular rate and specific force are taken to run straight; their integrals
+//! A sample is taken for the mean over the interval that ends at its time stamp, as sensors with a
+//! digital low-pass filter deliver it; over lost samples the values run straight. Their integrals
 //! over each grid step are exact for that. Jitter of the samples therefore neither stretches nor
 //! loses rotation, and the filter always advances by the same span.
 //!
@@ -127,7 +128,7 @@ struct PendingMag {
     angle: DVec3,
 }
 
-/// A straight line between two samples, partly consumed.
+/// The stretch between two samples, partly consumed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Segment {
     from: SensorTime,
@@ -276,7 +277,9 @@ impl Grid {
         // The mean of a straight line over a span is its value in the middle.
         let middle =
             0.5 * ((from - segment.from).as_secs_f64() + (to - segment.from).as_secs_f64()) / whole;
-        let at = |ends: [DVec3; 2]| ends[0] + (ends[1] - ends[0]) * middle;
+        let at = |ends: [DVec3; 2]| {
+            if segment.bridged { ends[0] + (ends[1] - ends[0]) * middle } else { ends[1] }
+        };
         self.open.add((to - from).as_secs_f64(), at(segment.rate), at(segment.force));
         self.open_bridged |= segment.bridged;
         self.open_saturated |= segment.saturated;

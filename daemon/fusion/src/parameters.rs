@@ -61,6 +61,8 @@ pub struct AlignmentParameters {
     pub rest_s: f64,
     /// Largest believable difference between the mean specific force and gravity, m/s². Default 0.6.
     pub gravity_tolerance_m_s2: f64,
+    /// Largest mean angular rate that a gyroscope bias not known yet may explain, rad/s. Default 0.03.
+    pub max_bias_rad_s: f64,
 }
 
 /// Detection of standstill over a sliding window.
@@ -72,7 +74,8 @@ pub struct RestParameters {
     pub rate_deviation_rad_s: f64,
     /// Largest standard deviation of the specific force, m/s², per axis. Default 0.15.
     pub force_deviation_m_s2: f64,
-    /// Largest mean angular rate after the bias estimate, rad/s. Default 0.03.
+    /// Largest mean angular rate after the bias estimate, rad/s. A steady turn below it is taken for
+    /// bias; a bias that changes by more in motion delays the next standstill. Default 0.004.
     pub mean_rate_rad_s: f64,
     /// Velocity noise of a zero-velocity update, 1σ, m/s. Default 0.01.
     pub velocity_sigma_m_s: f64,
@@ -105,10 +108,20 @@ pub struct CompassParameters {
     pub deviation_way_m: f64,
     /// Time after which the deviation is a new one even at rest, s.
     pub deviation_time_s: f64,
-    /// Mismatch of the field (strength and dip against the reference) that is usual, 1σ, µT.
-    pub mismatch_sigma_ut: f64,
-    /// Mismatch beyond which a reading is called disturbed, µT.
+    /// Uncertainty of the time at which a magnetometer reading was taken against the gyroscope's, 1σ,
+    /// s: what a turning camera's reading is blurred by. Default 0.01.
+    pub timing_sigma_s: f64,
+    /// Change of strength and dip, µT, by which the deviation counts as changed. Small doubts the
+    /// compass at every noise, large misses disturbances that come on in small steps. Default 1.5.
+    pub change_ut: f64,
+    /// Variance of the deviation for each squared mismatch, both as fields, µT²/µT². A half if a
+    /// disturbance has no favourite direction. Large trusts a misfitting field less. Default 0.5.
+    pub mismatch_weight: f64,
+    /// Smoothed mismatch of strength and dip against the reference beyond which the field is called
+    /// disturbed, µT; below six tenths of it the disturbance has ended. Default 4.
     pub mismatch_limit_ut: f64,
+    /// Time constant of that smoothing, s. Default 0.3.
+    pub mismatch_time_constant_s: f64,
     /// Time constant with which the reference follows the field, s.
     pub reference_time_constant_s: f64,
     /// Seconds over which readings are averaged before an update. Default 0.02.
@@ -123,7 +136,7 @@ impl SensorNoise {
         gyro_density: 1.22e-4,
         gyro_bias_walk: 1.0e-5,
         gyro_bias_sigma: 5.0e-3,
-        gyro_scale_walk: 7.0e-3,
+        gyro_scale_walk: 5.0e-3,
         accel_density: 1.6e-3,
         accel_bias_walk: 2.5e-4,
         accel_bias_sigma: 0.1,
@@ -137,18 +150,22 @@ impl Default for Parameters {
             noise: SensorNoise::ZED2,
             heading: HeadingMode::Adaptive,
             gravity_m_s2: 9.81,
-            alignment: AlignmentParameters { rest_s: 1.0, gravity_tolerance_m_s2: 0.6 },
+            alignment: AlignmentParameters {
+                rest_s: 1.0,
+                gravity_tolerance_m_s2: 0.6,
+                max_bias_rad_s: 0.03,
+            },
             rest: RestParameters {
                 window_s: 0.5,
                 rate_deviation_rad_s: 0.02,
                 force_deviation_m_s2: 0.15,
-                mean_rate_rad_s: 0.03,
+                mean_rate_rad_s: 0.004,
                 velocity_sigma_m_s: 0.01,
                 interval_s: 0.05,
             },
             levelling: LevellingParameters {
                 time_constant_s: 3.0,
-                sigma_m_s: 0.5,
+                sigma_m_s: 0.3,
                 interval_s: 0.1,
                 gate_sigma: 3.0,
             },
@@ -157,11 +174,14 @@ impl Default for Parameters {
                 deviation_turn_rad: 3.0,
                 deviation_way_m: 0.3,
                 deviation_time_s: 300.0,
-                mismatch_sigma_ut: 1.0,
-                mismatch_limit_ut: 5.0,
+                timing_sigma_s: 0.015,
+                change_ut: 1.0,
+                mismatch_weight: 5.0,
+                mismatch_limit_ut: 4.0,
+                mismatch_time_constant_s: 0.3,
                 reference_time_constant_s: 20.0,
                 interval_s: 0.02,
-                gate_sigma: 4.0,
+                gate_sigma: 2.5,
             },
         }
     }

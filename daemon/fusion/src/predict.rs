@@ -6,14 +6,11 @@
 //! ```text
 //! δθ̇ = −R δb_g            δv̇ = −[R f]× δθ − R δb_a          δṗ = δv
 //! δu̇ = δv̇ − δu / τ         (leaky velocity)
-//! δḋ = −δd / T              (compass deviation, driven by motion)
 //! ```
 
 use glam::{DMat3, DVec3};
 
-use crate::covariance::{
-    ACCEL_BIAS, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, ORIENTATION, POSITION, VELOCITY,
-};
+use crate::covariance::{ACCEL_BIAS, GYRO_BIAS, LEAKY_VELOCITY, ORIENTATION, POSITION, VELOCITY};
 use crate::grid::Increment;
 use crate::parameters::Parameters;
 use crate::so3;
@@ -28,10 +25,6 @@ pub(crate) struct ProcessNoise {
     accel: f64,
     accel_bias: f64,
     leak_rate: f64,
-    deviation_variance: f64,
-    per_turn: f64,
-    per_way: f64,
-    per_time: f64,
     gravity: DVec3,
 }
 
@@ -44,10 +37,6 @@ impl ProcessNoise {
             accel: p.noise.accel_density * p.noise.accel_density,
             accel_bias: p.noise.accel_bias_walk * p.noise.accel_bias_walk,
             leak_rate: p.levelling.time_constant_s.recip(),
-            deviation_variance: p.compass.deviation_sigma_rad * p.compass.deviation_sigma_rad,
-            per_turn: p.compass.deviation_turn_rad.recip(),
-            per_way: p.compass.deviation_way_m.recip(),
-            per_time: p.compass.deviation_time_s.recip(),
             gravity: DVec3::new(0.0, 0.0, -p.gravity_m_s2),
         }
     }
@@ -100,14 +89,6 @@ fn propagate_covariance(state: &mut State, e: &Errors, noise: &ProcessNoise) {
     p.add_variances(LEAKY_VELOCITY, DVec3::splat(noise.accel * dt));
     p.add_variances(GYRO_BIAS, DVec3::splat(noise.gyro_bias * dt));
     p.add_variances(ACCEL_BIAS, DVec3::splat(noise.accel_bias * dt));
-
-    // The deviation belongs to the place and the attitude: it is renewed by turning and moving.
-    let way = libm::sqrt(state.leaky_velocity.length_squared()) * dt;
-    let renewed = way * noise.per_way + turn * noise.per_turn + dt * noise.per_time;
-    let kept = 1.0 - renewed.min(1.0);
-    p.scale(DEVIATION, 1, kept);
-    p.add_variance(DEVIATION, noise.deviation_variance * (1.0 - kept * kept));
-    state.deviation *= kept;
 }
 
 #[cfg(test)]

@@ -72,6 +72,25 @@ impl State {
         error
     }
 
+    /// Turns the whole world about up by an angle, rad, and takes the heading for known with a
+    /// variance, rad²; `deviation_variance` of it is the compass deviation's, with opposite sign.
+    pub(crate) fn turn_world(&mut self, angle: f64, variance: f64, deviation_variance: f64) {
+        let turn = so3::exp(DVec3::Z * angle);
+        self.orientation = so3::renormalise(turn * self.orientation);
+        self.velocity = turn * self.velocity;
+        self.position = turn * self.position;
+        self.leaky_velocity = turn * self.leaky_velocity;
+        self.deviation = 0.0;
+        let turn = DMat3::from_quat(turn);
+        for block in [ORIENTATION, VELOCITY, POSITION, LEAKY_VELOCITY] {
+            self.covariance.rotate(block, turn);
+        }
+        let heading = ORIENTATION.0 + 2;
+        self.covariance.forget(heading, variance);
+        self.covariance.forget(DEVIATION, deviation_variance);
+        self.covariance.set(heading, DEVIATION, -deviation_variance);
+    }
+
     /// Whether every number in it is finite.
     pub fn is_finite(&self) -> bool {
         let vectors =

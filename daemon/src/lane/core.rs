@@ -58,7 +58,7 @@ pub struct CoreCounts {
     pub out_of_order: u64,
     /// Readings with values that are not finite or not believable.
     pub invalid: u64,
-    /// Times the filter began anew.
+    /// Times the filter began anew, or found north late: poses before and after do not compare.
     pub resets: u32,
 }
 
@@ -111,6 +111,7 @@ impl Core {
         while let Some(step) = self.grid.next_step() {
             self.counts.bridged += u64::from(step.bridged);
             let report = self.estimator.step(&step);
+            self.counts.resets += u32::from(report.world_turned);
             self.phase = report.waiting.map_or(Phase::Running, Phase::Aligning);
             let estimate = self.estimator.estimate();
             self.degraded = self.degraded && !estimate.as_ref().is_some_and(recovered);

@@ -95,9 +95,6 @@ fn noise_grows_by_density_and_time() {
     assert!(close(state.covariance.variance(GYRO_BIAS.0), square(n.gyro_bias_walk)));
     assert!(close(state.covariance.variance(ACCEL_BIAS.0), square(n.accel_bias_walk)));
     assert!(close(state.covariance.variance(VELOCITY.0 + 2), square(n.accel_density)));
-    let kept = libm::exp(-2.0 / p.compass.deviation_time_s);
-    let deviation = square(p.compass.deviation_sigma_rad) * (1.0 - kept);
-    assert!(close(state.covariance.variance(DEVIATION), deviation));
 }
 
 #[test]

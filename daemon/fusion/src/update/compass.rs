@@ -12,8 +12,8 @@
 
 use glam::DVec3;
 
-use super::{Outcome, apply, innovation_variance};
-use crate::covariance::{DEVIATION, ORIENTATION, Row, STATES};
+use super::{Outcome, innovation_variance};
+use crate::covariance::{DEVIATION, GYRO_BIAS, ORIENTATION, Row, STATES};
 use crate::parameters::{CompassParameters, HeadingMode};
 use crate::state::State;
 
@@ -41,8 +41,11 @@ impl FieldReference {
     /// How badly a field in the world fits, µT: the root of the squared misfits in strength and
     /// vertical part.
     pub fn mismatch_ut(&self, field: DVec3) -> f64 {
-        let norm = libm::sqrt(field.length_squared()) - self.norm_ut;
-        let vertical = field.z - self.vertical_ut;
+        self.distance_ut(&Self::of(field))
+    }
+
+    fn distance_ut(&self, other: &Self) -> f64 {
+        let (norm, vertical) = (other.norm_ut - self.norm_ut, other.vertical_ut - self.vertical_ut);
         libm::sqrt(norm * norm + vertical * vertical)
     }
 
@@ -63,12 +66,23 @@ pub fn residual(field: DVec3) -> Option<f64> {
     (horizontal > 1.0).then(|| libm::atan2(field.x, field.y))
 }
 
-/// Row of the Jacobian of [`residual`]: heading error plus deviation error.
-pub fn jacobian() -> Row {
+/// Row of the Jacobian of [`residual`] for a field in the world: heading error, deviation error,
+/// and the tilt that mixes the vertical part in.
+///
+/// With `B̂ = Exp(−δθ) B` the field moves by `B × δθ`, and `z = atan2(B_x, B_y)` by the gradient
+/// `(B_y, −B_x) / B_h²` of that: `∂z/∂δθ = ∇z × B`. `None` where the field has no horizontal
+/// direction.
+pub fn jacobian(field: DVec3) -> Option<Row> {
+    residual(field)?;
+    let horizontal = field.x * field.x + field.y * field.y;
+    let gradient = DVec3::new(field.y, -field.x, 0.0) / horizontal;
+    let by_turn = gradient.cross(field);
     let mut row = [0.0; STATES];
-    row[ORIENTATION.0 + 2] = 1.0;
+    row[ORIENTATION.0] = by_turn.x;
+    row[ORIENTATION.0 + 1] = by_turn.y;
+    row[ORIENTATION.0 + 2] = by_turn.z;
     row[DEVIATION] = 1.0;
-    row
+    Some(row)
 }
 
 /// What the compass made of its latest average of readings.
@@ -82,6 +96,21 @@ pub struct CompassReport {
     pub mismatch_ut: f64,
 }
 
+/// Reasons for the deviation to be another one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Moved {
+    way_m: f64,
+    turn_rad: f64,
+    time_s: f64,
+}
+
+impl Moved {
+    /// Mean angular rate.
+    fn rate_rad_s(&self) -> f64 {
+        if self.time_s > 0.0 { self.turn_rad / self.time_s } else { 0.0 }
+    }
+}
+
 /// The compass: the field it expects, and the readings it is averaging.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compass {
@@ -90,7 +119,11 @@ pub struct Compass {
     count: f64,
     span_s: f64,
     smooth_mismatch_ut: f64,
-    previous: Option<FieldReference>,
+    smooth: Option<FieldReference>,
+    /// What the camera did since the deviation was last renewed.
+    moved: Moved,
+    /// The field when it last changed notably.
+    anchor: Option<FieldReference>,
     disturbed: bool,
 }
 
@@ -103,7 +136,9 @@ impl Compass {
             count: 0.0,
             span_s: 0.0,
             smooth_mismatch_ut: 0.0,
-            previous: None,
+            smooth: None,
+            moved: Moved { way_m: 0.0, turn_rad: 0.0, time_s: 0.0 },
+            anchor: None,
             disturbed: false,
         }
     }
@@ -111,6 +146,14 @@ impl Compass {
     /// Takes the field at the alignment as the reference.
     pub fn set_reference(&mut self, field: DVec3) {
         self.reference = Some(FieldReference::of(field));
+    }
+
+    /// The first field after an alignment without one: the reference, and the angle by which the
+    /// world must turn about up for the field to point north.
+    pub(crate) fn adopt(&mut self, field: DVec3) -> Option<f64> {
+        let angle = residual(field)?;
+        self.set_reference(field);
+        Some(angle)
     }
 
     /// The undisturbed field, if one is known.
@@ -121,6 +164,13 @@ impl Compass {
     /// Whether the field does not fit the reference.
     pub const fn is_disturbed(&self) -> bool {
         self.disturbed
+    }
+
+    /// Takes note of what the camera did during a step: its length, its turn, its speed.
+    pub(crate) fn note_motion(&mut self, span_s: f64, turn_rad: f64, speed_m_s: f64) {
+        self.moved.time_s += span_s;
+        self.moved.turn_rad += turn_rad;
+        self.moved.way_m += speed_m_s * span_s;
     }
 
     /// Adds a step with the reading it brought, in the world; gives the average when it is due.
@@ -146,6 +196,9 @@ impl Compass {
     }
 
     /// Updates the heading with an average of `count` readings, `field` in the world.
+    ///
+    /// An innovation beyond the gate is not refused, which could lock a wrong heading in for ever:
+    /// its variance is raised until it sits on the gate, and it counts as not used.
     pub(crate) fn update(
         &mut self,
         state: &mut State,
@@ -154,60 +207,114 @@ impl Compass {
         mode: HeadingMode,
         p: &CompassParameters,
     ) -> Option<CompassReport> {
-        let mut reference = self.reference?;
-        let mismatch_ut = reference.mismatch_ut(field);
+        let reference = self.reference?;
         let angle = residual(field)?;
-        let horizontal = libm::sqrt(field.x * field.x + field.y * field.y);
-        let noise_ut2 = sigma_ut * sigma_ut / count;
-
-        if mode == HeadingMode::Adaptive {
-            self.renew_deviation(state, field, horizontal, noise_ut2);
-        }
-        self.disturbed = mismatch_ut > p.mismatch_limit_ut;
-
-        let excess = if mode == HeadingMode::Adaptive {
-            (mismatch_ut * mismatch_ut - p.mismatch_sigma_ut * p.mismatch_sigma_ut).max(0.0)
-        } else {
-            0.0
+        let row = jacobian(field)?;
+        let horizontal_ut2 = field.x * field.x + field.y * field.y;
+        let moved = core::mem::take(&mut self.moved);
+        let blur_ut = moved.rate_rad_s() * p.timing_sigma_s * reference.norm_ut;
+        let mismatch_ut = (reference.mismatch_ut(field) - blur_ut).max(0.0);
+        self.smoothen(field, mismatch_ut, p);
+        let (believed_ut, change_ut) = match mode {
+            HeadingMode::Adaptive => (self.smooth_mismatch_ut, self.change_ut(blur_ut, p)),
+            HeadingMode::Continuous | HeadingMode::InitialOnly => (0.0, 0.0),
         };
-        let slope = field.z / horizontal;
-        let tilt = state.covariance.variances(ORIENTATION);
-        let variance = (noise_ut2 + excess) / (horizontal * horizontal)
-            + slope * slope * 0.5 * (tilt.x + tilt.y);
-        let row = jacobian();
+        self.renew_deviation(state, &moved, change_ut, believed_ut / libm::sqrt(horizontal_ut2), p);
+        self.follow(field, p);
+
+        let variance = (sigma_ut * sigma_ut / count + blur_ut * blur_ut) / horizontal_ut2;
         let residual = wrap(angle - state.deviation);
-        let innovation = innovation_variance(state, &row, variance);
-        let nis = residual * residual / innovation;
-        let refused = mode == HeadingMode::InitialOnly
-            || (mode == HeadingMode::Adaptive && nis > p.gate_sigma * p.gate_sigma);
-        let outcome = if refused {
-            Outcome { residual, nis, used: false }
-        } else {
-            apply(state, &row, residual, variance)
+        let nis = residual * residual / innovation_variance(state, &row, variance);
+        let excess = nis / (p.gate_sigma * p.gate_sigma);
+        let outcome = match mode {
+            HeadingMode::InitialOnly => Outcome { residual, nis, used: false },
+            HeadingMode::Continuous => steer(state, &row, residual, variance),
+            HeadingMode::Adaptive => Outcome {
+                used: excess <= 1.0,
+                nis,
+                ..steer(state, &row, residual, variance * excess.max(1.0))
+            },
         };
-        if !self.disturbed {
-            reference.follow(field, (p.interval_s / p.reference_time_constant_s).min(1.0));
-            self.reference = Some(reference);
-        }
         Some(CompassReport { outcome, norm_ut: libm::sqrt(field.length_squared()), mismatch_ut })
     }
 
-    /// A change of strength or dip is a change of the disturbance, so the deviation is less known.
+    /// How much strength and dip changed, if notably: by more than a turning camera's blur.
+    fn change_ut(&mut self, blur_ut: f64, p: &CompassParameters) -> f64 {
+        let Some(now) = self.smooth else { return 0.0 };
+        let anchor = self.anchor.get_or_insert(now);
+        let change_ut = anchor.distance_ut(&now);
+        if change_ut < p.change_ut + 2.0 * blur_ut {
+            return 0.0;
+        }
+        *anchor = now;
+        change_ut
+    }
+
+    /// Lets the deviation become another one, as far as there is reason to: the camera turned, went
+    /// on, time passed, or strength and dip changed.
+    ///
+    /// A deviation that is renewed is drawn towards zero with the variance that the present field
+    /// deserves: what a usual room does, and what is off in the two directions that can be seen.
     fn renew_deviation(
-        &mut self,
+        &self,
         state: &mut State,
-        field: DVec3,
-        horizontal: f64,
-        noise_ut2: f64,
+        moved: &Moved,
+        change_ut: f64,
+        mismatch_rad: f64,
+        p: &CompassParameters,
     ) {
-        let now = FieldReference::of(field);
-        let before = self.previous.replace(now).unwrap_or(now);
-        let norm = now.norm_ut - before.norm_ut;
-        let vertical = now.vertical_ut - before.vertical_ut;
-        let change = (0.5 * (norm * norm + vertical * vertical) - 2.0 * noise_ut2).max(0.0);
-        state.covariance.add_variance(DEVIATION, change / (horizontal * horizontal));
+        let renewed = moved.way_m / p.deviation_way_m
+            + moved.turn_rad / p.deviation_turn_rad
+            + moved.time_s / p.deviation_time_s
+            + change_ut / p.change_ut;
+        let usual = p.deviation_sigma_rad * p.deviation_sigma_rad;
+        let by_mismatch = p.mismatch_weight * mismatch_rad * mismatch_rad;
+        let kept = libm::exp(-renewed);
+        state.covariance.scale(DEVIATION, 1, kept);
+        state.covariance.add_variance(DEVIATION, (usual + by_mismatch) * (1.0 - kept * kept));
+        state.deviation *= kept;
+    }
+
+    /// Smooths the field and its mismatch, and decides, with hysteresis, whether it is disturbed.
+    fn smoothen(&mut self, field: DVec3, mismatch_ut: f64, p: &CompassParameters) {
+        let share = (p.interval_s / p.mismatch_time_constant_s).min(1.0);
+        self.smooth.get_or_insert(FieldReference::of(field)).follow(field, share);
+        self.smooth_mismatch_ut += share * (mismatch_ut - self.smooth_mismatch_ut);
+        let limit_ut = if self.disturbed { 0.6 } else { 1.0 } * p.mismatch_limit_ut;
+        self.disturbed = self.smooth_mismatch_ut > limit_ut;
+    }
+
+    /// The reference follows an undisturbed field through the building.
+    fn follow(&mut self, field: DVec3, p: &CompassParameters) {
+        if self.disturbed {
+            return;
+        }
+        if let Some(reference) = &mut self.reference {
+            reference.follow(field, (p.interval_s / p.reference_time_constant_s).min(1.0));
+        }
     }
 }
+
+/// Applies a heading residual to what it is allowed to teach: heading, deviation and gyroscope
+/// bias.
+///
+/// Tilt and everything that hangs on it are considered, not learnt (Schmidt's consider states):
+/// their part in the innovation is counted, and their correlations are kept.
+fn steer(state: &mut State, row: &Row, residual: f64, variance: f64) -> Outcome {
+    let ph = state.covariance.times(row);
+    let innovation = innovation_variance(state, row, variance);
+    let mut gain = [0.0; STATES];
+    for learnt in LEARNT {
+        gain[learnt] = ph[learnt] / innovation;
+    }
+    state.correct(&gain.map(|k| k * residual));
+    state.covariance.update_with_gain(&ph, &gain, innovation);
+    Outcome { residual, nis: residual * residual / innovation, used: true }
+}
+
+/// The states that the heading teaches.
+const LEARNT: [usize; 5] =
+    [ORIENTATION.0 + 2, DEVIATION, GYRO_BIAS.0, GYRO_BIAS.0 + 1, GYRO_BIAS.0 + 2];
 
 impl Default for Compass {
     fn default() -> Self {

@@ -120,14 +120,12 @@ const CALM: Motion = Motion::Carried { rate_sigma: 0.2, speed_sigma: 0.1 };
 fn carried_lively() {
     let scores = monte_carlo(HeadingMode::Continuous, LIVELY);
     assert_within("orientation", scores.orientation, 0.5, 2.5);
-    // Levelling expects 0.5 m/s of leaky velocity; this camera has less: too modest.
     assert_within("tilt", scores.tilt, 0.4, 1.6);
     assert_within("gyroscope bias", scores.gyro_bias, 0.5, 1.8);
     assert_within("accelerometer bias", scores.accel_bias, 0.2, 1.2);
-    // The compass counts the tilt, which lasts, as noise that is new with each reading: the
-    // innovations are smaller than it thinks, and the heading is known three times worse.
-    assert_within("compass", scores.compass, 0.3, 1.5);
-    assert_within("heading", scores.heading, 0.85, 6.0);
+    // Turning blurs the filter's compass readings, not this simulation's: too modest.
+    assert_within("compass", scores.compass, 0.25, 1.5);
+    assert_within("heading", scores.heading, 0.4, 2.5);
 }
 
 #[test]
@@ -135,8 +133,9 @@ fn carried_calmly() {
     let scores = monte_carlo(HeadingMode::Continuous, CALM);
     assert_within("orientation", scores.orientation, 0.5, 2.0);
     assert_within("tilt", scores.tilt, 0.4, 1.6);
-    assert_within("gyroscope bias", scores.gyro_bias, 0.5, 1.9);
-    assert_within("compass", scores.compass, 0.3, 1.5);
+    // Too sure: a slow wander of the deviation looks like a bias of the gyroscope.
+    assert_within("gyroscope bias", scores.gyro_bias, 0.7, 3.5);
+    assert_within("compass", scores.compass, 0.4, 1.6);
 }
 
 #[test]
@@ -147,7 +146,7 @@ fn lying_still() {
     assert_within("gyroscope bias", scores.gyro_bias, 0.5, 1.9);
     // The vertical bias is learnt so well that the square of the tilt matters, half a thousandth
     // of a metre per second squared, which a linear filter does not know.
-    assert_within("accelerometer bias", scores.accel_bias, 0.8, 4.0);
+    assert_within("accelerometer bias", scores.accel_bias, 1.0, 5.0);
 }
 
 #[test]
@@ -155,6 +154,6 @@ fn carried_with_an_adaptive_heading() {
     let scores = monte_carlo(HeadingMode::Adaptive, LIVELY);
     assert_within("orientation", scores.orientation, 0.5, 2.5);
     assert_within("gyroscope bias", scores.gyro_bias, 0.5, 1.8);
-    // Noise looks like a changing field and renews the deviation: too modest.
+    // As above.
     assert_within("compass", scores.compass, 0.2, 1.2);
 }
