@@ -143,7 +143,7 @@ impl Followed {
         let health = self.health.all();
         self.seen.invalid += health.invalid;
         self.seen.last_health =
-            health.into_iter().last().map(|h| *h.message()).or(self.seen.last_health);
+            health.into_iter().next_back().map(|h| *h.message()).or(self.seen.last_health);
     }
 
     fn has_ended(&self) -> bool {
@@ -165,11 +165,16 @@ fn follow_to_the_end(domain: &TestDomain) -> BTreeMap<String, Seen> {
     let begin = Instant::now();
     while !followed.iter().all(|(_, f)| f.has_ended()) {
         assert!(begin.elapsed() < PATIENCE, "some camera never ended");
-        followed.iter_mut().for_each(|(_, f)| f.look());
+        for (_, camera) in &mut followed {
+            camera.look();
+        }
         sleep(Duration::from_millis(5));
     }
-    followed.iter_mut().for_each(|(_, f)| f.look());
-    followed.into_iter().map(|(name, f)| (name, f.seen)).collect()
+    let end = |(name, mut camera): (String, Followed)| {
+        camera.look();
+        (name, camera.seen)
+    };
+    followed.into_iter().map(end).collect()
 }
 
 #[test]
