@@ -24,29 +24,29 @@ const PATIENCE: Duration = Duration::from_millis(20);
 /// # Errors
 /// [`LaneFailure`] names what could not be opened.
 pub fn start(context: LaneContext) -> Result<StartedLane, LaneFailure> {
-    let Source { driver, truth, host_rate } = open(&context).map_err(LaneFailure::of)?;
-    let handle = LaneThread::start(context, move |c, ready| run(c, driver, host_rate, ready))?;
+    let mut source = open(&context).map_err(LaneFailure::of)?;
+    let truth = source.truth.take();
+    let handle = LaneThread::start(context, move |c, ready| run(c, source, ready))?;
     Ok(StartedLane { handle: Box::new(handle), truth })
 }
 
 /// The lane's body, on its own thread: iceoryx2's ports stay on the thread that made them.
-fn run(
-    context: &LaneContext,
-    driver: Box<dyn Driver>,
-    host_rate: f64,
-    ready: Ready,
-) -> Result<(), LaneFailure> {
+fn run(context: &LaneContext, source: Source, ready: Ready) -> Result<(), LaneFailure> {
+    let Source { driver, host_rate, on_host_clock, .. } = source;
     let (config, camera) = (&context.loaded.config, context.settings());
     let calibration = context.loaded.calibration(camera).map_err(LaneFailure::of)?;
     let info = driver.info();
     tracing::info!(camera = camera.name, source = info.description, "lane starts");
-    let settings = LaneSettings::new(
+    let mut settings = LaneSettings::new(
         config,
         context.camera,
         camera,
         calibration.as_ref(),
         info.nominal_rate_hz,
     );
+    if !on_host_clock {
+        settings.timing.stale_after = Duration::MAX;
+    }
     let publisher = LanePublisher::open(&context.domain, &config.shared_memory, &camera.name)
         .map_err(LaneFailure::of)?;
     let board = Arc::clone(&context.board);

@@ -2,5 +2,6 @@
 
 pub mod cpio;
 pub mod kernel;
+pub mod system;
 pub mod uhid;
 pub mod virtual_zed2;

@@ -129,6 +129,7 @@ fn replay_one(
         }
     }
     let (counts, phase) = (lane.core.counts(), lane.core.phase());
+    let has_magnetometer = lane.has_magnetometer;
     lane.writer.finish()?;
     match failure.get() {
         Some(what) => Err(ReplayCommandError::Broken {
@@ -141,7 +142,7 @@ fn replay_one(
             malformed: driver.counters().malformed,
             counts,
             phase,
-            has_magnetometer: driver.has_magnetometer(),
+            has_magnetometer,
         }),
     }
 }
@@ -152,6 +153,8 @@ struct Lane {
     settings: LaneSettings,
     writer: PosesWriter,
     status: Status,
+    /// A reading of a magnetometer has come; its columns may be there and stay empty.
+    has_magnetometer: bool,
 }
 
 impl Lane {
@@ -160,11 +163,12 @@ impl Lane {
         let rate_hz = driver.info().nominal_rate_hz;
         let settings = LaneSettings::new(&loaded.config, 0, &camera, None, rate_hz);
         let (core, writer) = (Core::new(&settings), PosesWriter::create(poses)?);
-        Ok(Self { core, settings, writer, status: Status::empty() })
+        Ok(Self { core, settings, writer, status: Status::empty(), has_magnetometer: false })
     }
 
     /// One row for each reading, also for one that was refused.
     fn take(&mut self, reading: &Reading) -> Result<(), PosesError> {
+        self.has_magnetometer |= reading.mag.is_some();
         let status = &mut self.status;
         let calibrated = self.core.is_calibrated();
         self.core.take(reading, |step: &StepOutput| *status = status_of(step, calibrated));

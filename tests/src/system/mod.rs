@@ -1,0 +1,22 @@
+//! The two programs as processes, in shared memory that no other test sees.
+#![allow(clippy::missing_panics_doc, reason = "a test that cannot go on fails")]
+
+mod broad;
+mod counting;
+mod daemon;
+mod domain;
+mod follower;
+mod patience;
+mod programs;
+mod recordings;
+mod replayed;
+
+pub use broad::{Trial, orientation_rmse_deg};
+pub use counting::{Counting, counted};
+pub use daemon::Daemon;
+pub use domain::TestDomain;
+pub use follower::{Follower, Tally};
+pub use patience::{PATIENCE, eventually, skipped};
+pub use programs::{lodestone, lodestoned, on_small_shm, said};
+pub use recordings::{Recorded, SensorRow, compressed, synthetic_camera};
+pub use replayed::{PoseLine, Replayed, replay, table};
