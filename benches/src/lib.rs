@@ -1,1 +1,13 @@
-//! x
+//! What Lodestone costs, and what a peer costs for the same work in the same run.
+//!
+//! | what | command |
+//! |---|---|
+//! | one sample through the lane's core, and its parts, in time | `cargo bench -p lodestone-benches --bench step` |
+//! | the same in instructions, held to a budget | `benches/callgrind.sh` |
+//! | from a sample's arrival to a consumer's eyes | `cargo bench -p lodestone-benches --bench latency` |
+//! | publishing to 0, 1, 4, 16 subscribers | `cargo bench -p lodestone-benches --bench publish` |
+//!
+//! Times on a shared machine are noisy: trust ratios within one run and instruction counts.
+
+pub mod readings;
+pub mod vqf;

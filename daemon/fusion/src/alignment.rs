@@ -115,8 +115,9 @@ impl Alignment {
     fn conclude(&self, window: &WindowStatistics, p: &Parameters) -> Aligned {
         let level = level(window.force);
         let field = (self.field_count > 0.0).then(|| level * (self.field_sum / self.field_count));
-        let heading = field.and_then(crate::update::compass::residual).unwrap_or(0.0);
-        // Turning by the residual about up brings the field's horizontal part onto the y axis.
+        let bearing = field.and_then(crate::update::compass::bearing);
+        // Turning about up by what the field's bearing is too much brings it where it belongs.
+        let heading = bearing.map_or(0.0, |bearing| bearing - p.field_bearing_rad);
         let orientation = so3::exp(DVec3::Z * heading) * level;
         let field = field.map(|f| so3::exp(DVec3::Z * heading) * f);
         let mut state = State {

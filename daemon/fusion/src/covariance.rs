@@ -2,6 +2,9 @@
 
 use glam::{DMat3, DVec3};
 
+#[cfg(test)]
+mod symmetry;
+
 /// Number of error states.
 pub const STATES: usize = 19;
 
@@ -28,6 +31,9 @@ pub const LEAKY_VELOCITY: Block = Block(15);
 pub const DEVIATION: usize = 18;
 
 /// A symmetric positive semi-definite matrix over the error states; units are those of the states.
+///
+/// Both halves are stored, so that rows can be read whole; every operation leaves them equal to the
+/// bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Covariance {
     rows: [Row; STATES],
@@ -93,6 +99,7 @@ impl Covariance {
             }
         }
         let own = self.block(block, block) * m.transpose();
+        let own = (own + own.transpose()) * 0.5;
         for r in 0..3 {
             for c in 0..3 {
                 self.rows[block.0 + r][block.0 + c] = own.col(c)[r];
@@ -120,49 +127,84 @@ impl Covariance {
     }
 
     /// The error model `x_i += m x_j`, for two different blocks: `P ← F P Fᵀ` with that shear.
-    ///
-    /// Rows first, then the block on the diagonal, then the columns by symmetry: half the work of
-    /// the full product.
+    #[inline]
     pub fn shear(&mut self, i: Block, m: DMat3, j: Block) {
-        let source = [self.rows[j.0], self.rows[j.0 + 1], self.rows[j.0 + 2]];
-        for r in 0..3 {
-            let (a, b, c) = (m.x_axis[r], m.y_axis[r], m.z_axis[r]);
-            let row = &mut self.rows[i.0 + r];
-            for k in 0..STATES {
-                row[k] += a * source[0][k] + b * source[1][k] + c * source[2][k];
-            }
-        }
-        let own = self.block(i, i) + self.block(i, j) * m.transpose();
-        for r in 0..3 {
-            for c in 0..3 {
-                self.rows[i.0 + r][i.0 + c] = own.col(c)[r];
-            }
-        }
-        self.mirror(i.0, 3);
+        self.shear_alike([i], [(m, j)]);
     }
 
     /// The error model `x_i += s x_j` with a scalar.
+    #[inline]
     pub fn shear_scalar(&mut self, i: Block, s: f64, j: Block) {
-        self.shear(i, DMat3::from_diagonal(DVec3::splat(s)), j);
+        let gained = core::array::from_fn(|r| self.rows[j.0 + r].map(|x| s * x));
+        self.shear_by([i], &gained, part(&gained, j) * s);
+    }
+
+    /// The error model `x_i += Σ m x_j` for several blocks `i` that gain the same from the sources
+    /// `j`; no block is both.
+    ///
+    /// With `F = I + E`, whose sources do not change, `P ← P + E P + (E P)ᵀ + E P Eᵀ`; the rows of
+    /// `E P` are worked out once for all blocks `i`.
+    #[inline]
+    pub fn shear_alike<const I: usize, const J: usize>(
+        &mut self,
+        targets: [Block; I],
+        sources: [(DMat3, Block); J],
+    ) {
+        let mut gained = [[0.0; STATES]; 3];
+        for (m, j) in sources {
+            let [x, y, z] = [&self.rows[j.0], &self.rows[j.0 + 1], &self.rows[j.0 + 2]];
+            for (r, row) in gained.iter_mut().enumerate() {
+                let (a, b, c) = (m.x_axis[r], m.y_axis[r], m.z_axis[r]);
+                for k in 0..STATES {
+                    row[k] += a * x[k] + b * y[k] + c * z[k];
+                }
+            }
+        }
+        let mut both = DMat3::ZERO;
+        for (m, j) in sources {
+            both += part(&gained, j) * m.transpose();
+        }
+        self.shear_by(targets, &gained, both);
+    }
+
+    /// Adds `gained` = rows of `E P`, its transpose, and `both` = block of `E P Eᵀ`.
+    #[inline]
+    fn shear_by<const I: usize>(&mut self, targets: [Block; I], gained: &[Row; 3], both: DMat3) {
+        for i in targets {
+            for (r, gain) in gained.iter().enumerate() {
+                let row = &mut self.rows[i.0 + r];
+                for k in 0..STATES {
+                    row[k] += gain[k];
+                }
+                for j in targets {
+                    for c in 0..3 {
+                        row[j.0 + c] += gained[c][i.0 + r] + both.col(c)[r];
+                    }
+                }
+            }
+        }
+        for i in targets {
+            self.mirror(i.0, 3);
+        }
     }
 
     /// The error model `x ← s x` for `count` states from `first`.
     pub fn scale(&mut self, first: usize, count: usize, s: f64) {
-        for index in first..first + count {
-            for k in 0..STATES {
-                self.rows[index][k] *= s;
-                self.rows[k][index] *= s;
+        for i in first..first + count {
+            for value in &mut self.rows[i] {
+                *value *= s;
             }
+            self.rows[i][i] *= s;
+            self.mirror(i, 1);
         }
     }
 
+    /// Copies rows into the columns of the same indices. Afterwards the two agree to the bit.
+    #[inline]
     fn mirror(&mut self, first: usize, count: usize) {
-        for r in first..first + count {
-            let row = self.rows[r];
-            for (k, value) in row.iter().enumerate() {
-                if !(first..first + count).contains(&k) {
-                    self.rows[k][r] = *value;
-                }
+        for i in first..first + count {
+            for k in 0..STATES {
+                self.rows[k][i] = self.rows[i][k];
             }
         }
     }
@@ -183,13 +225,14 @@ impl Covariance {
     /// The Kalman update for one scalar measurement: `P ← P − (P h)(P h)ᵀ / s`.
     ///
     /// Takes `ph = P h` and the innovation variance `s`. Equal to the Joseph form for the optimal
-    /// gain; [`Covariance::restore`] removes what rounding leaves.
+    /// gain; [`Covariance::restore`] lifts what rounding may push below zero.
     pub fn deflate(&mut self, ph: &Row, s: f64) {
-        let inverse = s.recip();
-        for (row, weight) in self.rows.iter_mut().zip(ph) {
-            let factor = weight * inverse;
+        // A factor that both sides share keeps the product symmetric to the bit.
+        let scale = libm::sqrt(s).recip();
+        let scaled = ph.map(|x| x * scale);
+        for (row, weight) in self.rows.iter_mut().zip(&scaled) {
             for k in 0..STATES {
-                row[k] -= factor * ph[k];
+                row[k] -= weight * scaled[k];
             }
         }
     }
@@ -199,28 +242,42 @@ impl Covariance {
     pub fn update_with_gain(&mut self, ph: &Row, gain: &Row, s: f64) {
         for i in 0..STATES {
             for k in 0..STATES {
-                self.rows[i][k] += gain[i] * s * gain[k] - gain[i] * ph[k] - ph[i] * gain[k];
+                // Bracketed so that swapping i and k gives the same bits.
+                let cross = gain[i] * ph[k] + ph[i] * gain[k];
+                self.rows[i][k] += (gain[i] * gain[k]) * s - cross;
             }
         }
     }
 
-    /// Makes the matrix exactly symmetric and keeps every variance at least at a tiny floor.
+    /// Keeps every variance at least at a tiny floor.
+    ///
+    /// Symmetry needs no care: every operation writes both halves alike, to the bit.
     pub fn restore(&mut self) {
         const FLOOR: f64 = 1e-18;
         for i in 0..STATES {
-            for k in 0..i {
-                let mean = 0.5 * (self.rows[i][k] + self.rows[k][i]);
-                self.rows[i][k] = mean;
-                self.rows[k][i] = mean;
-            }
             self.rows[i][i] = self.rows[i][i].max(FLOOR);
         }
     }
 
     /// Whether every entry is finite.
     pub fn is_finite(&self) -> bool {
-        self.rows.iter().flatten().all(|x| x.is_finite())
+        // NaN and infinity survive every sum; eight sums run side by side. Entries near 1e308 could
+        // overflow one, and deserve no more trust.
+        let (eights, rest) = self.rows.as_flattened().as_chunks::<8>();
+        let mut sums = [0.0; 8];
+        for eight in eights {
+            for k in 0..8 {
+                sums[k] += eight[k];
+            }
+        }
+        sums.iter().chain(rest).all(|sum| sum.is_finite())
     }
+}
+
+/// The columns of a block out of three rows.
+fn part(rows: &[Row; 3], block: Block) -> DMat3 {
+    let column = |c: usize| DVec3::from_array(rows.map(|row| row[block.0 + c]));
+    DMat3::from_cols(column(0), column(1), column(2))
 }
 
 #[cfg(test)]

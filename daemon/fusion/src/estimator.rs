@@ -298,15 +298,15 @@ impl Estimator {
             self.find_north(state, average);
             return None;
         }
-        let report =
-            self.compass.update(state, average, p.noise.mag_sigma_ut, p.heading, &p.compass)?;
+        let report = self.compass.update(state, average, p)?;
         self.magnetic_norm_ut = Some(report.norm_ut);
         Some(report)
     }
 
     /// The magnetometer speaks for the first time after an alignment without it.
     fn find_north(&mut self, state: &mut State, (field, count): (DVec3, f64)) {
-        let Some(angle) = self.compass.adopt(field) else { return };
+        let bearing = self.parameters.field_bearing_rad;
+        let Some(angle) = self.compass.adopt(field, bearing) else { return };
         let square = |x: f64| x * x;
         let horizontal_ut2 = square(field.x) + square(field.y);
         let noise = square(self.parameters.noise.mag_sigma_ut) / (count * horizontal_ut2);

@@ -42,6 +42,9 @@ pub struct Parameters {
     pub noise: SensorNoise,
     /// How the magnetometer steers the heading.
     pub heading: HeadingMode,
+    /// Angle from the world's north (its y axis) to the horizontal field, east positive, rad: 0 where
+    /// the world's north is magnetic, the declination where it is true.
+    pub field_bearing_rad: f64,
     /// Strength of gravity at the place, m/s².
     pub gravity_m_s2: f64,
     /// Alignment.
@@ -149,6 +152,7 @@ impl Default for Parameters {
         Self {
             noise: SensorNoise::ZED2,
             heading: HeadingMode::Adaptive,
+            field_bearing_rad: 0.0,
             gravity_m_s2: 9.81,
             alignment: AlignmentParameters {
                 rest_s: 1.0,

@@ -76,10 +76,7 @@ fn propagate_covariance(state: &mut State, e: &Errors, noise: &ProcessNoise) {
     p.shear_scalar(POSITION, dt, VELOCITY);
     let by_tilt = so3::skew(-e.force_gain);
     let by_bias = e.before * -dt;
-    p.shear(VELOCITY, by_tilt, ORIENTATION);
-    p.shear(VELOCITY, by_bias, ACCEL_BIAS);
-    p.shear(LEAKY_VELOCITY, by_tilt, ORIENTATION);
-    p.shear(LEAKY_VELOCITY, by_bias, ACCEL_BIAS);
+    p.shear_alike([VELOCITY, LEAKY_VELOCITY], [(by_tilt, ORIENTATION), (by_bias, ACCEL_BIAS)]);
     p.shear(ORIENTATION, by_bias, GYRO_BIAS);
     p.scale(LEAKY_VELOCITY.0, 3, 1.0 - noise.leak_rate * dt);
 

@@ -195,13 +195,10 @@ fn long_sequences_keep_it_symmetric_and_positive() {
 }
 
 #[test]
-fn restoring_takes_the_mean_and_lifts_the_diagonal() {
+fn restoring_lifts_the_diagonal() {
     let mut p = Covariance::ZERO;
-    p.rows[2][5] = 1.0;
-    p.rows[5][2] = 3.0;
     p.rows[7][7] = -1e-20;
     p.restore();
-    assert_eq!((p.rows[2][5], p.rows[5][2]), (2.0, 2.0));
     assert!((0..STATES).all(|i| p.variance(i) > 0.0));
 }
 

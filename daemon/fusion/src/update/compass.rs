@@ -14,7 +14,7 @@ use glam::DVec3;
 
 use super::{Outcome, innovation_variance};
 use crate::covariance::{DEVIATION, GYRO_BIAS, ORIENTATION, Row, STATES};
-use crate::parameters::{CompassParameters, HeadingMode};
+use crate::parameters::{CompassParameters, HeadingMode, Parameters};
 use crate::state::State;
 
 /// The undisturbed field, as learnt at the alignment and followed slowly.
@@ -56,24 +56,24 @@ impl FieldReference {
     }
 }
 
-/// Angle by which a horizontal field lies east of the world's north, rad: the residual with
-/// opposite sign, since the world's north is where the field should be.
+/// Angle from the world's north to the horizontal part of a field in the world, east positive, rad.
 ///
+/// What it is too much against the expected bearing is the residual: heading error plus deviation.
 /// `None` where the field has no horizontal direction.
-pub fn residual(field: DVec3) -> Option<f64> {
+pub fn bearing(field: DVec3) -> Option<f64> {
     let horizontal = field.x * field.x + field.y * field.y;
     // Below a microtesla the direction is noise.
     (horizontal > 1.0).then(|| libm::atan2(field.x, field.y))
 }
 
-/// Row of the Jacobian of [`residual`] for a field in the world: heading error, deviation error,
+/// Row of the Jacobian of [`bearing`] for a field in the world: heading error, deviation error,
 /// and the tilt that mixes the vertical part in.
 ///
 /// With `B̂ = Exp(−δθ) B` the field moves by `B × δθ`, and `z = atan2(B_x, B_y)` by the gradient
 /// `(B_y, −B_x) / B_h²` of that: `∂z/∂δθ = ∇z × B`. `None` where the field has no horizontal
 /// direction.
 pub fn jacobian(field: DVec3) -> Option<Row> {
-    residual(field)?;
+    bearing(field)?;
     let horizontal = field.x * field.x + field.y * field.y;
     let gradient = DVec3::new(field.y, -field.x, 0.0) / horizontal;
     let by_turn = gradient.cross(field);
@@ -149,11 +149,11 @@ impl Compass {
     }
 
     /// The first field after an alignment without one: the reference, and the angle by which the
-    /// world must turn about up for the field to point north.
-    pub(crate) fn adopt(&mut self, field: DVec3) -> Option<f64> {
-        let angle = residual(field)?;
+    /// world must turn about up for the field to point where it belongs.
+    pub(crate) fn adopt(&mut self, field: DVec3, field_bearing_rad: f64) -> Option<f64> {
+        let excess = bearing(field)? - field_bearing_rad;
         self.set_reference(field);
-        Some(angle)
+        Some(excess)
     }
 
     /// The undisturbed field, if one is known.
@@ -203,12 +203,11 @@ impl Compass {
         &mut self,
         state: &mut State,
         (field, count): (DVec3, f64),
-        sigma_ut: f64,
-        mode: HeadingMode,
-        p: &CompassParameters,
+        parameters: &Parameters,
     ) -> Option<CompassReport> {
+        let (p, mode) = (&parameters.compass, parameters.heading);
         let reference = self.reference?;
-        let angle = residual(field)?;
+        let angle = bearing(field)?;
         let row = jacobian(field)?;
         let horizontal_ut2 = field.x * field.x + field.y * field.y;
         let moved = core::mem::take(&mut self.moved);
@@ -222,8 +221,9 @@ impl Compass {
         self.renew_deviation(state, &moved, change_ut, believed_ut / libm::sqrt(horizontal_ut2), p);
         self.follow(field, p);
 
-        let variance = (sigma_ut * sigma_ut / count + blur_ut * blur_ut) / horizontal_ut2;
-        let residual = wrap(angle - state.deviation);
+        let variance =
+            (square(parameters.noise.mag_sigma_ut) / count + square(blur_ut)) / horizontal_ut2;
+        let residual = wrap(angle - parameters.field_bearing_rad - state.deviation);
         let nis = residual * residual / innovation_variance(state, &row, variance);
         let excess = nis / (p.gate_sigma * p.gate_sigma);
         let outcome = match mode {
@@ -324,12 +324,9 @@ impl Default for Compass {
 
 /// Brings an angle into −π to π.
 fn wrap(angle: f64) -> f64 {
-    use core::f64::consts::{PI, TAU};
-    if angle > PI {
-        angle - TAU
-    } else if angle < -PI {
-        angle + TAU
-    } else {
-        angle
-    }
+    libm::remainder(angle, core::f64::consts::TAU)
+}
+
+fn square(x: f64) -> f64 {
+    x * x
 }

@@ -75,7 +75,7 @@ fn compass_innovation(nominal: &State, truth: &State) -> f64 {
     let local = crate::so3::exp(DVec3::Z * -truth.deviation) * FIELD;
     let reading = truth.orientation().inverse().apply(local);
     let seen = nominal.orientation().apply(reading);
-    compass::residual(seen).unwrap() - nominal.deviation
+    compass::bearing(seen).unwrap() - nominal.deviation
 }
 
 #[test]
@@ -101,8 +101,8 @@ fn a_deviation_moves_the_compass_one_to_one_however_large() {
 
 #[test]
 fn a_vertical_field_has_no_heading() {
-    assert_eq!(compass::residual(DVec3::new(0.1, -0.2, 48.0)), None);
-    assert_eq!(compass::residual(DVec3::ZERO), None);
+    assert_eq!(compass::bearing(DVec3::new(0.1, -0.2, 48.0)), None);
+    assert_eq!(compass::bearing(DVec3::ZERO), None);
 }
 
 #[test]

@@ -263,6 +263,21 @@ fn a_magnetometer_that_speaks_late_is_heard() {
 }
 
 #[test]
+fn north_is_true_where_the_declination_is_known() {
+    // Given a field that points 12 degrees east of the north that is asked for, when the camera is
+    // aligned and carried about, then its heading counts from that north.
+    let declination = 12.0_f64.to_radians();
+    let p = Parameters { field_bearing_rad: declination, ..Parameters::default() };
+    let mut scene = Scene::with(11, p);
+    for (pause, motion) in [(2.0, Motion::Still), (10.0, CARRIED)] {
+        scene.pass(pause, motion);
+        // The simulation has its north where the field is: its truth lies further west.
+        let error = scene.attitude_error().z - declination;
+        assert!(error.abs() < 0.15, "{error}");
+    }
+}
+
+#[test]
 fn initial_only_never_listens_again() {
     let p = Parameters { heading: HeadingMode::InitialOnly, ..Parameters::default() };
     let mut scene = Scene::with(6, p);
