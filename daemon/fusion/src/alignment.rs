@@ -6,7 +6,7 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::covariance::{
-    ACCEL_BIAS, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, ORIENTATION,
+    ACCEL_BIAS, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, MAG_DELAY, ORIENTATION,
 };
 use crate::grid::Step;
 use crate::parameters::Parameters;
@@ -128,6 +128,7 @@ impl Alignment {
             accel_bias: DVec3::ZERO,
             leaky_velocity: DVec3::ZERO,
             deviation: 0.0,
+            mag_delay_s: 0.0,
             covariance: Covariance::ZERO,
         };
         state.covariance = first_covariance(&state, window, field, p);
@@ -202,6 +203,7 @@ fn first_covariance(
     cov.add_variance(ORIENTATION.0 + 2, heading);
     let deviation = square(p.compass.deviation_sigma_rad);
     cov.set(DEVIATION, DEVIATION, deviation);
+    cov.add_variance(MAG_DELAY, square(p.compass.delay_sigma_s));
     if field.is_some() {
         // The heading was set by the local field: its error is the deviation's opposite.
         cov.add_variance(ORIENTATION.0 + 2, deviation);

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 mod symmetry;
 
 /// Number of error states.
-pub const STATES: usize = 19;
+pub const STATES: usize = 20;
 
 /// A row of a measurement Jacobian, or a gain: one number per error state.
 pub type Row = [f64; STATES];
@@ -29,6 +29,8 @@ pub const ACCEL_BIAS: Block = Block(12);
 pub const LEAKY_VELOCITY: Block = Block(15);
 /// Index of the compass deviation error, rad.
 pub const DEVIATION: usize = 18;
+/// Index of the error of the magnetometer's delay, s.
+pub const MAG_DELAY: usize = 19;
 
 /// A symmetric positive semi-definite matrix over the error states; units are those of the states.
 ///

@@ -12,7 +12,7 @@ use crate::rest::{RestDetector, WindowStatistics};
 use crate::so3;
 use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
-use crate::update::compass::{Compass, CompassReport};
+use crate::update::compass::{Compass, CompassReport, FieldAverage};
 use crate::update::{Outcome, levelling, standstill};
 
 /// Where a heading comes from.
@@ -289,27 +289,31 @@ impl Estimator {
 
     fn compass_update(&mut self, state: &mut State, step: &Step) -> Option<CompassReport> {
         let p = &self.parameters;
-        let field = step.mag.map(|m| state.orientation * m.vector);
+        let rate = step.increment.angle * step.increment.span_s.recip() - state.gyro_bias;
+        let in_world = |v: DVec3| state.orientation * v;
+        let reading = step.mag.map(|m| (in_world(m.vector), in_world(rate)));
         let turn = libm::sqrt(step.increment.angle.length_squared());
         let speed = libm::sqrt(state.leaky_velocity.length_squared());
         self.compass.note_motion(step.increment.span_s, turn, speed);
-        let average = self.compass.average(field, step.increment.span_s, &p.compass)?;
+        let average =
+            self.compass.average(reading, state.mag_delay_s, step.increment.span_s, &p.compass)?;
         if self.compass.reference().is_none() {
-            self.find_north(state, average);
+            self.find_north(state, &average);
             return None;
         }
-        let report = self.compass.update(state, average, p)?;
+        let report = self.compass.update(state, &average, p)?;
         self.magnetic_norm_ut = Some(report.norm_ut);
         Some(report)
     }
 
     /// The magnetometer speaks for the first time after an alignment without it.
-    fn find_north(&mut self, state: &mut State, (field, count): (DVec3, f64)) {
+    fn find_north(&mut self, state: &mut State, average: &FieldAverage) {
+        let field = average.field;
         let bearing = self.parameters.field_bearing_rad;
         let Some(angle) = self.compass.adopt(field, bearing) else { return };
         let square = |x: f64| x * x;
         let horizontal_ut2 = square(field.x) + square(field.y);
-        let noise = square(self.parameters.noise.mag_sigma_ut) / (count * horizontal_ut2);
+        let noise = square(self.parameters.noise.mag_sigma_ut) / (average.count * horizontal_ut2);
         let tilt = state.covariance.variances(ORIENTATION).truncate().max_element();
         let deviation = square(self.parameters.compass.deviation_sigma_rad);
         let by_tilt = square(field.z) / horizontal_ut2 * tilt;

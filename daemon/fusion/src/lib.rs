@@ -31,8 +31,8 @@ pub mod update;
 
 pub use alignment::{Aligned, Alignment, Waiting};
 pub use covariance::{
-    ACCEL_BIAS, Block, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, ORIENTATION, POSITION,
-    Row, STATES, VELOCITY,
+    ACCEL_BIAS, Block, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, MAG_DELAY, ORIENTATION,
+    POSITION, Row, STATES, VELOCITY,
 };
 pub use estimator::{Estimate, Estimator, HeadingOrigin, StepReport};
 pub use frame::{Body, Frame, Optical, Rotation, Sensor, Vehicle, World};

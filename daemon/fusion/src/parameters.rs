@@ -92,7 +92,7 @@ pub struct LevellingParameters {
     /// Time constant of the leak, s. Long averages more of the motion away, short forgets errors of
     /// the specific force sooner. Default 3.
     pub time_constant_s: f64,
-    /// Usual size of the leaky velocity, 1σ, m/s, per axis. Small trusts gravity more. Default 0.5.
+    /// Usual size of the leaky velocity, 1σ, m/s, per axis. Small trusts gravity more. Default 0.3.
     pub sigma_m_s: f64,
     /// Seconds between two updates. Default 0.1.
     pub interval_s: f64,
@@ -103,33 +103,36 @@ pub struct LevellingParameters {
 /// Heading by the magnetometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CompassParameters {
-    /// Usual deviation of the field in a room from the earth's, as an angle, 1σ, rad. Default 2.5°.
+    /// Usual deviation of the field in a room from the earth's, as an angle, 1σ, rad. Default 2°.
     pub deviation_sigma_rad: f64,
-    /// Turn after which the deviation is a new one, rad.
+    /// Turn after which the deviation is a new one, rad. Default 3.
     pub deviation_turn_rad: f64,
-    /// Way after which the deviation is a new one, m.
+    /// Way after which the deviation is a new one, m. Default 0.3.
     pub deviation_way_m: f64,
-    /// Time after which the deviation is a new one even at rest, s.
+    /// Time after which the deviation is a new one even at rest, s. Default 300.
     pub deviation_time_s: f64,
-    /// Uncertainty of the time at which a magnetometer reading was taken against the gyroscope's, 1σ,
-    /// s: what a turning camera's reading is blurred by. Default 0.01.
+    /// Unknown delay of the magnetometer against the gyroscope, 1σ, s; it is learnt while the camera
+    /// turns. Default 0.02.
+    pub delay_sigma_s: f64,
+    /// Uncertainty of a single reading's time around that delay, 1σ, s. Default 0.005.
     pub timing_sigma_s: f64,
     /// Change of strength and dip, µT, by which the deviation counts as changed. Small doubts the
-    /// compass at every noise, large misses disturbances that come on in small steps. Default 1.5.
+    /// compass at every noise, large misses disturbances that come on in small steps. Default 1.
     pub change_ut: f64,
     /// Variance of the deviation for each squared mismatch, both as fields, µT²/µT². A half if a
-    /// disturbance has no favourite direction. Large trusts a misfitting field less. Default 0.5.
+    /// disturbance has no favourite direction. Large trusts a misfitting field less. Default 5:
+    /// what can be seen of a disturbance is often the lesser part.
     pub mismatch_weight: f64,
     /// Smoothed mismatch of strength and dip against the reference beyond which the field is called
     /// disturbed, µT; below six tenths of it the disturbance has ended. Default 4.
     pub mismatch_limit_ut: f64,
     /// Time constant of that smoothing, s. Default 0.3.
     pub mismatch_time_constant_s: f64,
-    /// Time constant with which the reference follows the field, s.
+    /// Time constant with which the reference follows the field, s. Default 20.
     pub reference_time_constant_s: f64,
     /// Seconds over which readings are averaged before an update. Default 0.02.
     pub interval_s: f64,
-    /// Normalised innovation beyond which an update is refused.
+    /// Normalised innovation beyond which an update is weakened. Default 2.5.
     pub gate_sigma: f64,
 }
 
@@ -139,7 +142,7 @@ impl SensorNoise {
         gyro_density: 1.22e-4,
         gyro_bias_walk: 1.0e-5,
         gyro_bias_sigma: 5.0e-3,
-        gyro_scale_walk: 5.0e-3,
+        gyro_scale_walk: 7.0e-3,
         accel_density: 1.6e-3,
         accel_bias_walk: 2.5e-4,
         accel_bias_sigma: 0.1,
@@ -174,11 +177,12 @@ impl Default for Parameters {
                 gate_sigma: 3.0,
             },
             compass: CompassParameters {
-                deviation_sigma_rad: 0.045,
+                deviation_sigma_rad: 0.035,
                 deviation_turn_rad: 3.0,
                 deviation_way_m: 0.3,
                 deviation_time_s: 300.0,
-                timing_sigma_s: 0.015,
+                delay_sigma_s: 0.02,
+                timing_sigma_s: 0.005,
                 change_ut: 1.0,
                 mismatch_weight: 5.0,
                 mismatch_limit_ut: 4.0,

@@ -3,8 +3,8 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::covariance::{
-    ACCEL_BIAS, Block, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, ORIENTATION, POSITION,
-    Row, STATES, VELOCITY,
+    ACCEL_BIAS, Block, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, MAG_DELAY, ORIENTATION,
+    POSITION, Row, STATES, VELOCITY,
 };
 use crate::frame::{Body, Rotation, World};
 use crate::so3;
@@ -29,6 +29,8 @@ pub struct State {
     pub leaky_velocity: DVec3,
     /// Angle by which the local field's north lies east of the world's north, rad.
     pub deviation: f64,
+    /// How much older a magnetometer reading is than the sample it comes with, s.
+    pub mag_delay_s: f64,
     /// Covariance of the error state.
     pub covariance: Covariance,
 }
@@ -55,6 +57,7 @@ impl State {
         self.accel_bias += part(ACCEL_BIAS);
         self.leaky_velocity += part(LEAKY_VELOCITY);
         self.deviation += error[DEVIATION];
+        self.mag_delay_s += error[MAG_DELAY];
     }
 
     /// The error that leads from another state to this one: `self = other ⊞ δ`, in the units and
@@ -69,6 +72,7 @@ impl State {
         put(ACCEL_BIAS, self.accel_bias - other.accel_bias);
         put(LEAKY_VELOCITY, self.leaky_velocity - other.leaky_velocity);
         error[DEVIATION] = self.deviation - other.deviation;
+        error[MAG_DELAY] = self.mag_delay_s - other.mag_delay_s;
         error
     }
 
@@ -98,6 +102,7 @@ impl State {
         self.orientation.is_finite()
             && vectors.iter().all(|v| v.is_finite())
             && self.deviation.is_finite()
+            && self.mag_delay_s.is_finite()
             && self.covariance.is_finite()
     }
 }

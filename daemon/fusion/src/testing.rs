@@ -68,6 +68,7 @@ pub(crate) fn state_at(orientation: DQuat, random: &mut Normal) -> State {
         accel_bias: random.vector(0.1),
         leaky_velocity: random.vector(0.5),
         deviation: 0.0,
+        mag_delay_s: 0.0,
         covariance: Covariance::ZERO,
     }
 }

@@ -13,8 +13,9 @@
 use glam::DVec3;
 
 use super::{Outcome, innovation_variance};
-use crate::covariance::{DEVIATION, GYRO_BIAS, ORIENTATION, Row, STATES};
+use crate::covariance::{DEVIATION, GYRO_BIAS, MAG_DELAY, ORIENTATION, Row, STATES};
 use crate::parameters::{CompassParameters, HeadingMode, Parameters};
+use crate::so3;
 use crate::state::State;
 
 /// The undisturbed field, as learnt at the alignment and followed slowly.
@@ -67,12 +68,12 @@ pub fn bearing(field: DVec3) -> Option<f64> {
 }
 
 /// Row of the Jacobian of [`bearing`] for a field in the world: heading error, deviation error,
-/// and the tilt that mixes the vertical part in.
+/// the tilt that mixes the vertical part in, and the delay, by the field's swing `ω × B`, µT/s.
 ///
 /// With `B̂ = Exp(−δθ) B` the field moves by `B × δθ`, and `z = atan2(B_x, B_y)` by the gradient
 /// `(B_y, −B_x) / B_h²` of that: `∂z/∂δθ = ∇z × B`. `None` where the field has no horizontal
 /// direction.
-pub fn jacobian(field: DVec3) -> Option<Row> {
+pub fn jacobian(field: DVec3, swing: DVec3) -> Option<Row> {
     bearing(field)?;
     let horizontal = field.x * field.x + field.y * field.y;
     let gradient = DVec3::new(field.y, -field.x, 0.0) / horizontal;
@@ -82,6 +83,7 @@ pub fn jacobian(field: DVec3) -> Option<Row> {
     row[ORIENTATION.0 + 1] = by_turn.y;
     row[ORIENTATION.0 + 2] = by_turn.z;
     row[DEVIATION] = 1.0;
+    row[MAG_DELAY] = gradient.dot(swing);
     Some(row)
 }
 
@@ -94,6 +96,17 @@ pub struct CompassReport {
     pub norm_ut: f64,
     /// Mismatch against the reference, µT.
     pub mismatch_ut: f64,
+}
+
+/// Readings over a short interval: their mean, or, while it is collected, their sum.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct FieldAverage {
+    /// The field in the world, µT.
+    pub(crate) field: DVec3,
+    /// What a second of delay would do to it: `ω × B`, µT/s.
+    pub(crate) swing: DVec3,
+    /// Number of readings.
+    pub(crate) count: f64,
 }
 
 /// Reasons for the deviation to be another one.
@@ -115,8 +128,7 @@ impl Moved {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compass {
     reference: Option<FieldReference>,
-    sum: DVec3,
-    count: f64,
+    sum: FieldAverage,
     span_s: f64,
     smooth_mismatch_ut: f64,
     smooth: Option<FieldReference>,
@@ -132,8 +144,7 @@ impl Compass {
     pub const fn new() -> Self {
         Self {
             reference: None,
-            sum: DVec3::ZERO,
-            count: 0.0,
+            sum: FieldAverage { field: DVec3::ZERO, swing: DVec3::ZERO, count: 0.0 },
             span_s: 0.0,
             smooth_mismatch_ut: 0.0,
             smooth: None,
@@ -173,45 +184,53 @@ impl Compass {
         self.moved.way_m += speed_m_s * span_s;
     }
 
-    /// Adds a step with the reading it brought, in the world; gives the average when it is due.
+    /// Adds a step with the reading it brought, in the world, and the camera's rate there, rad/s;
+    /// gives the average when it is due.
+    ///
+    /// A reading that is late by τ shows the field where it was: turned by `ω τ` too far. So it is
+    /// turned back by the delay that is known.
     pub(crate) fn average(
         &mut self,
-        field: Option<DVec3>,
+        reading: Option<(DVec3, DVec3)>,
+        delay_s: f64,
         span_s: f64,
         p: &CompassParameters,
-    ) -> Option<(DVec3, f64)> {
+    ) -> Option<FieldAverage> {
         self.span_s += span_s;
-        if let Some(field) = field {
-            self.sum += field;
-            self.count += 1.0;
+        if let Some((field, rate)) = reading {
+            let field = so3::exp(rate * -delay_s) * field;
+            self.sum.field += field;
+            self.sum.swing += rate.cross(field);
+            self.sum.count += 1.0;
         }
-        if self.count == 0.0 || self.span_s < p.interval_s {
+        if self.sum.count == 0.0 || self.span_s < p.interval_s {
             return None;
         }
-        let average = (self.sum / self.count, self.count);
-        self.sum = DVec3::ZERO;
-        self.count = 0.0;
         self.span_s = 0.0;
-        Some(average)
+        let sum = core::mem::take(&mut self.sum);
+        let share = sum.count.recip();
+        Some(FieldAverage { field: sum.field * share, swing: sum.swing * share, ..sum })
     }
 
-    /// Updates the heading with an average of `count` readings, `field` in the world.
+    /// Updates the heading with an average of readings.
     ///
     /// An innovation beyond the gate is not refused, which could lock a wrong heading in for ever:
     /// its variance is raised until it sits on the gate, and it counts as not used.
     pub(crate) fn update(
         &mut self,
         state: &mut State,
-        (field, count): (DVec3, f64),
+        average: &FieldAverage,
         parameters: &Parameters,
     ) -> Option<CompassReport> {
         let (p, mode) = (&parameters.compass, parameters.heading);
         let reference = self.reference?;
+        let field = average.field;
         let angle = bearing(field)?;
-        let row = jacobian(field)?;
+        let row = jacobian(field, average.swing)?;
         let horizontal_ut2 = field.x * field.x + field.y * field.y;
         let moved = core::mem::take(&mut self.moved);
-        let blur_ut = moved.rate_rad_s() * p.timing_sigma_s * reference.norm_ut;
+        let timing_s2 = square(p.timing_sigma_s) + state.covariance.variance(MAG_DELAY);
+        let blur_ut = moved.rate_rad_s() * libm::sqrt(timing_s2) * reference.norm_ut;
         let mismatch_ut = (reference.mismatch_ut(field) - blur_ut).max(0.0);
         self.smoothen(field, mismatch_ut, p);
         let (believed_ut, change_ut) = match mode {
@@ -221,8 +240,9 @@ impl Compass {
         self.renew_deviation(state, &moved, change_ut, believed_ut / libm::sqrt(horizontal_ut2), p);
         self.follow(field, p);
 
-        let variance =
-            (square(parameters.noise.mag_sigma_ut) / count + square(blur_ut)) / horizontal_ut2;
+        let jitter_ut = moved.rate_rad_s() * p.timing_sigma_s * reference.norm_ut;
+        let noise_ut2 = square(parameters.noise.mag_sigma_ut) / average.count + square(jitter_ut);
+        let variance = noise_ut2 / horizontal_ut2;
         let residual = wrap(angle - parameters.field_bearing_rad - state.deviation);
         let nis = residual * residual / innovation_variance(state, &row, variance);
         let excess = nis / (p.gate_sigma * p.gate_sigma);
@@ -295,8 +315,8 @@ impl Compass {
     }
 }
 
-/// Applies a heading residual to what it is allowed to teach: heading, deviation and gyroscope
-/// bias.
+/// Applies a heading residual to what it is allowed to teach: heading, deviation, delay and
+/// gyroscope bias.
 ///
 /// Tilt and everything that hangs on it are considered, not learnt (Schmidt's consider states):
 /// their part in the innovation is counted, and their correlations are kept.
@@ -313,8 +333,8 @@ fn steer(state: &mut State, row: &Row, residual: f64, variance: f64) -> Outcome 
 }
 
 /// The states that the heading teaches.
-const LEARNT: [usize; 5] =
-    [ORIENTATION.0 + 2, DEVIATION, GYRO_BIAS.0, GYRO_BIAS.0 + 1, GYRO_BIAS.0 + 2];
+const LEARNT: [usize; 6] =
+    [ORIENTATION.0 + 2, DEVIATION, MAG_DELAY, GYRO_BIAS.0, GYRO_BIAS.0 + 1, GYRO_BIAS.0 + 2];
 
 impl Default for Compass {
     fn default() -> Self {

@@ -69,21 +69,27 @@ fn standstill_sees_velocity_and_bias() {
     }
 }
 
+/// The camera's rate in the world, rad/s.
+const RATE: DVec3 = DVec3::new(0.7, -1.1, 2.3);
+
 /// The innovation that `nominal` has when the reading comes from `truth`.
 fn compass_innovation(nominal: &State, truth: &State) -> f64 {
     // A deviation turns the field from north to east.
     let local = crate::so3::exp(DVec3::Z * -truth.deviation) * FIELD;
+    // A delay shows the body as it was: the turn since then is missing.
+    let late = truth.mag_delay_s - nominal.mag_delay_s;
+    let local = crate::so3::exp(RATE * late) * local;
     let reading = truth.orientation().inverse().apply(local);
     let seen = nominal.orientation().apply(reading);
     compass::bearing(seen).unwrap() - nominal.deviation
 }
 
 #[test]
-fn the_compass_sees_heading_deviation_and_tilt() {
+fn the_compass_sees_heading_deviation_tilt_and_delay() {
     for state in states() {
         let local = crate::so3::exp(DVec3::Z * -state.deviation) * FIELD;
         let exact = differences(&state, |truth| compass_innovation(&state, truth));
-        assert_close(&compass::jacobian(local).unwrap(), &exact);
+        assert_close(&compass::jacobian(local, RATE.cross(local)).unwrap(), &exact);
     }
 }
 
