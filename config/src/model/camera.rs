@@ -44,8 +44,8 @@ pub struct Camera {
     pub model: CameraModel,
     /// Where the camera sits on its vehicle.
     pub mounting: Mounting,
-    /// How sensor axes become body axes.
-    pub axis_map: AxisMap,
+    /// How sensor axes become body axes; see [`Camera::axes`] for what holds without it.
+    pub axis_map: Option<AxisMap>,
     /// Noise of the sensors; the model's figures if absent.
     pub noise: Option<Noise>,
     /// Calibration file, relative to this configuration's directory.
@@ -56,6 +56,17 @@ pub struct Camera {
     pub replay: Option<Replay>,
     /// Faults to inject between driver and ring, for tests of what depends on this daemon.
     pub fault: Vec<Fault>,
+}
+
+impl Camera {
+    /// How sensor axes become body axes: as configured, else as a ZED 2 is built; a recording is
+    /// taken to be in body axes.
+    pub fn axes(&self) -> AxisMap {
+        self.axis_map.unwrap_or(match self.driver {
+            DriverKind::Zed2 | DriverKind::Synthetic => AxisMap::default(),
+            DriverKind::Replay => AxisMap::IDENTITY,
+        })
+    }
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
@@ -95,6 +106,11 @@ pub enum SignedAxis {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct AxisMap(pub [SignedAxis; 3]);
+
+impl AxisMap {
+    /// The sensor's axes are the body's.
+    pub const IDENTITY: Self = Self([SignedAxis::PlusX, SignedAxis::PlusY, SignedAxis::PlusZ]);
+}
 
 impl Default for AxisMap {
     /// The ZED 2: sensor x down, y left, z forward.
