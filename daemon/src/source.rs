@@ -10,7 +10,7 @@ use lodestone_schema::{Pose, Status, Validity};
 use crate::commands::supervision::LaneContext;
 use crate::driver::Driver;
 use crate::driver::faulty::FaultyDriver;
-use crate::driver::replay::{ReplayDriver, ReplayError};
+use crate::driver::replay::{LiveReplay, ReplayDriver, ReplayError};
 use crate::driver::synthetic::{SyntheticDriver, SyntheticError, TruthSource};
 use crate::driver::zed2::Zed2;
 use crate::driver::zed2::discovery::OpenError;
@@ -87,8 +87,10 @@ fn replay(context: &LaneContext, camera: &Camera) -> Result<Source, ReplayError>
     let settings = camera.replay.clone().unwrap_or_default();
     let directory = context.loaded.path.parent().unwrap_or(Path::new(""));
     let driver = ReplayDriver::open(&settings, directory)?;
-    let host_rate = if settings.speed > 0.0 { settings.speed.recip() } else { 1.0 };
-    Ok(Source { host_rate, ..plain(driver) })
+    if settings.speed > 0.0 {
+        return Ok(Source { host_rate: settings.speed.recip(), ..plain(driver) });
+    }
+    Ok(plain(LiveReplay::new(driver)))
 }
 
 fn with_faults(source: Source, camera: &Camera) -> Source {

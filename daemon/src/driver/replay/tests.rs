@@ -64,6 +64,17 @@ fn as_fast_as_it_goes_each_row_arrives_at_its_own_time() {
 }
 
 #[test]
+fn beside_a_live_lane_each_row_arrives_when_the_host_reads_it() {
+    let folder = Folder::with(numbered(100));
+    let mut driver = LiveReplay::new(folder.open(0.0, false));
+    let (mut readings, start) = (Vec::new(), HostTime::now());
+    while driver.poll(Duration::ZERO, &mut readings) != SourceState::Ended {}
+    assert_eq!(numbers(&readings), (0..100).map(f64::from).collect::<Vec<_>>());
+    assert!(readings.is_sorted_by_key(|reading| reading.arrival));
+    assert!(readings.iter().all(|r| r.arrival >= start && r.arrival <= HostTime::now()));
+}
+
+#[test]
 fn one_poll_hands_on_a_bounded_batch() {
     let folder = Folder::with(numbered(1000));
     let mut readings = Vec::new();
