@@ -1,6 +1,7 @@
 //! One camera's lane, wired: driver → ring → worker → publisher, on one thread or two.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
@@ -93,10 +94,13 @@ fn run_on_two_threads<P: Publish>(
     mut worker: Worker<P>,
 ) -> Result<(), LaneFailure> {
     let (stop, board) = (context.stop.clone(), Arc::clone(&context.board));
+    let lost = Arc::new(AtomicBool::new(false));
+    let says_lost = Arc::clone(&lost);
     let read = move || {
         let mut state = SourceState::Streaming;
         while !stop.is_raised() && state != SourceState::Ended {
             state = driver.poll(PATIENCE, &mut producer);
+            says_lost.store(state == SourceState::Lost, Ordering::Relaxed);
             count(&*driver, &producer, &board);
         }
     };
@@ -107,7 +111,9 @@ fn run_on_two_threads<P: Publish>(
         while let Some(reading) = consumer.pop() {
             worker.take(&reading);
         }
-        worker.watch(SourceState::Streaming, HostTime::now());
+        let lost = lost.load(Ordering::Relaxed);
+        let state = if lost { SourceState::Lost } else { SourceState::Streaming };
+        worker.watch(state, HostTime::now());
     }
     reader.join().map_err(|_| LaneFailure::Panic("the driver's thread".into()))
 }
