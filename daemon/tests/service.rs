@@ -4,9 +4,9 @@
 mod common;
 
 use std::io::{BufRead, BufReader, Read};
+use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use common::{
