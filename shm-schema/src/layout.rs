@@ -26,11 +26,6 @@ pub(crate) const fn size_of_field<M, F>(_: fn(&M) -> &F) -> usize {
 
 #[cfg(test)]
 mod tests {
-    extern crate std;
-
-    use std::format;
-    use std::string::ToString;
-
     use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
     use crate::{
