@@ -10,7 +10,8 @@ use lodestone_schema::{Pose, Status, Validity};
 use crate::commands::supervision::LaneContext;
 use crate::driver::Driver;
 use crate::driver::faulty::FaultyDriver;
-use crate::driver::replay::{LiveReplay, ReplayDriver, ReplayError};
+use crate::driver::host_clock::OnHostClock;
+use crate::driver::replay::{ReplayDriver, ReplayError};
 use crate::driver::synthetic::{SyntheticDriver, SyntheticError, TruthSource};
 use crate::driver::zed2::Zed2;
 use crate::driver::zed2::discovery::OpenError;
@@ -60,6 +61,14 @@ fn plain(driver: impl Driver + 'static) -> Source {
     Source { driver: Box::new(driver), truth: None, host_rate: 1.0 }
 }
 
+/// A source whose time may pass faster than the host's; at speed 0 as fast as it goes.
+fn paced(driver: impl Driver + 'static, speed: f64) -> Source {
+    if speed > 0.0 {
+        return Source { host_rate: speed.recip(), ..plain(driver) };
+    }
+    plain(OnHostClock(driver))
+}
+
 fn zed2(camera: &Camera) -> Result<Zed2, OpenError> {
     Zed2::open(camera.serial).or_else(|e| match e {
         // It may be plugged in later.
@@ -80,17 +89,15 @@ fn synthetic(context: &LaneContext, camera: &Camera) -> Result<Source, Synthetic
         sequence: 0,
         last: SensorTime::from_nanos(0),
     };
-    Ok(Source { truth: Some(Box::new(truth)), ..plain(driver) })
+    let speed = camera.synthetic.as_ref().map_or(1.0, |synthetic| synthetic.speed);
+    Ok(Source { truth: Some(Box::new(truth)), ..paced(driver, speed) })
 }
 
 fn replay(context: &LaneContext, camera: &Camera) -> Result<Source, ReplayError> {
     let settings = camera.replay.clone().unwrap_or_default();
     let directory = context.loaded.path.parent().unwrap_or(Path::new(""));
     let driver = ReplayDriver::open(&settings, directory)?;
-    if settings.speed > 0.0 {
-        return Ok(Source { host_rate: settings.speed.recip(), ..plain(driver) });
-    }
-    Ok(plain(LiveReplay::new(driver)))
+    Ok(paced(driver, settings.speed))
 }
 
 fn with_faults(source: Source, camera: &Camera) -> Source {

@@ -110,6 +110,26 @@ pub struct AxisMap(pub [SignedAxis; 3]);
 impl AxisMap {
     /// The sensor's axes are the body's.
     pub const IDENTITY: Self = Self([SignedAxis::PlusX, SignedAxis::PlusY, SignedAxis::PlusZ]);
+
+    /// Unit vectors that point forward, left and up, in sensor axes: the rows of the matrix that
+    /// turns sensor coordinates into body coordinates.
+    pub fn directions(self) -> [[f64; 3]; 3] {
+        self.0.map(SignedAxis::direction)
+    }
+}
+
+impl SignedAxis {
+    /// The unit vector along this axis.
+    pub const fn direction(self) -> [f64; 3] {
+        match self {
+            Self::PlusX => [1.0, 0.0, 0.0],
+            Self::MinusX => [-1.0, 0.0, 0.0],
+            Self::PlusY => [0.0, 1.0, 0.0],
+            Self::MinusY => [0.0, -1.0, 0.0],
+            Self::PlusZ => [0.0, 0.0, 1.0],
+            Self::MinusZ => [0.0, 0.0, -1.0],
+        }
+    }
 }
 
 impl Default for AxisMap {

@@ -1,32 +1,25 @@
-//! A recording played as fast as it goes into a live lane.
+//! A source that runs as fast as it goes, in a live lane.
 
 use std::time::Duration;
 
-use super::super::{Driver, DriverCounters, DriverInfo, Sink, SourceState};
-use super::ReplayDriver;
+use super::{Driver, DriverCounters, DriverInfo, Sink, SourceState};
 use crate::reading::{HostTime, Reading};
 
-/// Stamps each row with the time the host's clock shows.
+/// Stamps each reading with the time the host's clock shows when it is handed on.
 ///
-/// Beside a live lane stand consumers, whose clock is the host's: a pose at the recording's own
-/// time would be hours old or in the future, and its lane would be taken for silent.
+/// A recording or a simulated world without a pace has its own clock for the host's. Beside a live
+/// lane stand consumers, whose clock is the host's: such a pose would be hours old or in the future,
+/// and its lane would be taken for silent.
 #[derive(Debug)]
-pub struct LiveReplay(ReplayDriver);
+pub struct OnHostClock<D>(pub D);
 
-impl LiveReplay {
-    /// Wraps a replay.
-    pub const fn new(replay: ReplayDriver) -> Self {
-        Self(replay)
-    }
-}
-
-impl Driver for LiveReplay {
+impl<D: Driver> Driver for OnHostClock<D> {
     fn info(&self) -> DriverInfo {
         self.0.info()
     }
 
     fn poll(&mut self, timeout: Duration, sink: &mut dyn Sink) -> SourceState {
-        self.0.poll(timeout, &mut ByHostClock(sink))
+        self.0.poll(timeout, &mut Stamping(sink))
     }
 
     fn counters(&self) -> DriverCounters {
@@ -34,9 +27,9 @@ impl Driver for LiveReplay {
     }
 }
 
-struct ByHostClock<'a>(&'a mut dyn Sink);
+struct Stamping<'a>(&'a mut dyn Sink);
 
-impl Sink for ByHostClock<'_> {
+impl Sink for Stamping<'_> {
     fn push(&mut self, reading: Reading) {
         self.0.push(Reading { arrival: HostTime::now(), ..reading });
     }

@@ -7,9 +7,8 @@
 //! shows; sensor time keeps the recording's pace, so `speed` sensor seconds pass in a second of
 //! the host ([`crate::clock::SensorClock::new`] takes the inverse). At speed 0 rows come as fast as
 //! they are taken, and the host's clock is the recording's: a row arrives at its own time. In a live
-//! lane a [`LiveReplay`] stamps such rows by the host's clock instead.
+//! lane [`super::host_clock`] stamps such rows by the host's clock instead.
 
-mod live;
 mod pace;
 #[cfg(test)]
 mod tests;
@@ -18,18 +17,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
-pub use live::LiveReplay;
 use lodestone_config::model::Replay;
 use lodestone_fusion::{Accel, Gyro, Mag};
 use pace::Pace;
 
-use super::{Driver, DriverCounters, DriverInfo, Sink, SourceState};
+use super::{BATCH, Driver, DriverCounters, DriverInfo, Sink, SourceState};
 use crate::reading::{HostTime, Reading};
 use crate::recording::{Recording, RecordingError, Row, RowError};
-
-/// Most rows, good or bad, in one poll: the least `lane.ring_capacity`. A lane on one thread empties
-/// its ring between polls only, so a larger batch would push rows out of a small ring.
-const BATCH: usize = 16;
 
 /// Why a recording cannot be replayed.
 #[derive(Debug, thiserror::Error)]

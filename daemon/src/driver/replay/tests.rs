@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use tempfile::TempDir;
 
+use super::super::host_clock::OnHostClock;
 use super::*;
 
 const HEADER: &str = "t,gx,gy,gz,ax,ay,az,mx,my,mz";
@@ -66,7 +67,7 @@ fn as_fast_as_it_goes_each_row_arrives_at_its_own_time() {
 #[test]
 fn beside_a_live_lane_each_row_arrives_when_the_host_reads_it() {
     let folder = Folder::with(numbered(100));
-    let mut driver = LiveReplay::new(folder.open(0.0, false));
+    let mut driver = OnHostClock(folder.open(0.0, false));
     let (mut readings, start) = (Vec::new(), HostTime::now());
     while driver.poll(Duration::ZERO, &mut readings) != SourceState::Ended {}
     assert_eq!(numbers(&readings), (0..100).map(f64::from).collect::<Vec<_>>());
