@@ -9,7 +9,10 @@ use lodestone_schema::transport::{DomainError, OpenError};
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum MessageError {
     /// A code that this version does not know.
-    #[error("field {field} holds code {code}, which schema version 1 does not define")]
+    #[error(
+        "field {field} holds code {code}, which schema version {ours} does not define",
+        ours = lodestone_schema::SCHEMA_VERSION
+    )]
     UnknownCode {
         /// The field.
         field: &'static str,

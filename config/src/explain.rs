@@ -9,7 +9,7 @@ use toml::{Table, Value};
 
 use crate::calibration::Calibration;
 use crate::keys::{CALIBRATION, CONFIG, Key, Schema, Section, Shape, join, split};
-use crate::model::{CameraModel, Config};
+use crate::model::{Camera, CameraModel, Config};
 
 /// Width of the text, columns.
 const WIDTH: usize = 96;
@@ -75,11 +75,15 @@ fn info(section: &Section, key: &Key, defaults: &BTreeMap<String, Value>) -> Key
     }
 }
 
-/// The defaults of all keys of a configuration; those of `camera.noise` are the model's figures.
+/// The defaults of all keys of a configuration; those of `camera.noise` are the model's figures,
+/// that of `camera.axis_map` is the default driver's.
 fn config_defaults() -> BTreeMap<String, Value> {
     let mut defaults = defaults_of::<Config>(&CONFIG);
     if let Ok(noise) = Value::try_from(CameraModel::default().noise()) {
         flatten(&CONFIG, "camera.noise", noise, &mut defaults);
+    }
+    if let Ok(axes) = Value::try_from(Camera::default().axes()) {
+        defaults.insert("camera.axis_map".into(), axes);
     }
     defaults
 }

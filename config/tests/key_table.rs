@@ -19,7 +19,7 @@ fn full_camera() -> Camera {
         driver: DriverKind::Synthetic,
         model: CameraModel::Zed2i,
         mounting: Mounting::default(),
-        axis_map: AxisMap::default(),
+        axis_map: Some(AxisMap::default()),
         noise: Some(CameraModel::Zed2i.noise()),
         calibration: Some("front.toml".into()),
         synthetic: Some(full_synthetic()),

@@ -1,6 +1,7 @@
 //! One camera's lane, wired: driver → ring → worker → publisher, on one thread or two.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
@@ -32,21 +33,18 @@ pub fn start(context: LaneContext) -> Result<StartedLane, LaneFailure> {
 
 /// The lane's body, on its own thread: iceoryx2's ports stay on the thread that made them.
 fn run(context: &LaneContext, source: Source, ready: Ready) -> Result<(), LaneFailure> {
-    let Source { driver, host_rate, on_host_clock, .. } = source;
+    let Source { driver, host_rate, .. } = source;
     let (config, camera) = (&context.loaded.config, context.settings());
     let calibration = context.loaded.calibration(camera).map_err(LaneFailure::of)?;
     let info = driver.info();
     tracing::info!(camera = camera.name, source = info.description, "lane starts");
-    let mut settings = LaneSettings::new(
+    let settings = LaneSettings::new(
         config,
         context.camera,
         camera,
         calibration.as_ref(),
         info.nominal_rate_hz,
     );
-    if !on_host_clock {
-        settings.timing.stale_after = Duration::MAX;
-    }
     let publisher = LanePublisher::open(&context.domain, &config.shared_memory, &camera.name)
         .map_err(LaneFailure::of)?;
     let board = Arc::clone(&context.board);
@@ -93,10 +91,13 @@ fn run_on_two_threads<P: Publish>(
     mut worker: Worker<P>,
 ) -> Result<(), LaneFailure> {
     let (stop, board) = (context.stop.clone(), Arc::clone(&context.board));
+    let lost = Arc::new(AtomicBool::new(false));
+    let says_lost = Arc::clone(&lost);
     let read = move || {
         let mut state = SourceState::Streaming;
         while !stop.is_raised() && state != SourceState::Ended {
             state = driver.poll(PATIENCE, &mut producer);
+            says_lost.store(state == SourceState::Lost, Ordering::Relaxed);
             count(&*driver, &producer, &board);
         }
     };
@@ -107,7 +108,9 @@ fn run_on_two_threads<P: Publish>(
         while let Some(reading) = consumer.pop() {
             worker.take(&reading);
         }
-        worker.watch(SourceState::Streaming, HostTime::now());
+        let lost = lost.load(Ordering::Relaxed);
+        let state = if lost { SourceState::Lost } else { SourceState::Streaming };
+        worker.watch(state, HostTime::now());
     }
     reader.join().map_err(|_| LaneFailure::Panic("the driver's thread".into()))
 }

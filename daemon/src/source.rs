@@ -10,6 +10,7 @@ use lodestone_schema::{Pose, Status, Validity};
 use crate::commands::supervision::LaneContext;
 use crate::driver::Driver;
 use crate::driver::faulty::FaultyDriver;
+use crate::driver::host_clock::OnHostClock;
 use crate::driver::replay::{ReplayDriver, ReplayError};
 use crate::driver::synthetic::{SyntheticDriver, SyntheticError, TruthSource};
 use crate::driver::zed2::Zed2;
@@ -24,11 +25,8 @@ pub struct Source {
     pub driver: Box<dyn Driver>,
     /// What really happens, where the world is simulated.
     pub truth: Option<Box<dyn TruthProvider>>,
-    /// Host seconds in a sensor second: 1, or less for a recording or a world that runs faster.
+    /// Host seconds in a sensor second: 1, or less for a recording played faster.
     pub host_rate: f64,
-    /// Arrivals are on the host's clock. At speed 0 they are on the source's own, and nothing can
-    /// be said about silence.
-    pub on_host_clock: bool,
 }
 
 /// Why a source could not be opened.
@@ -52,18 +50,23 @@ pub enum SourceError {
 pub fn open(context: &LaneContext) -> Result<Source, SourceError> {
     let camera = context.settings();
     let source = match camera.driver {
-        DriverKind::Zed2 => at_speed(zed2(camera)?, 1.0),
+        DriverKind::Zed2 => plain(zed2(camera)?),
         DriverKind::Synthetic => synthetic(context, camera)?,
         DriverKind::Replay => replay(context, camera)?,
     };
     Ok(with_faults(source, camera))
 }
 
-/// A source that runs so many times as fast as time, or as fast as it goes at 0.
-fn at_speed(driver: impl Driver + 'static, speed: f64) -> Source {
-    let on_host_clock = speed > 0.0;
-    let host_rate = if on_host_clock { speed.recip() } else { 1.0 };
-    Source { driver: Box::new(driver), truth: None, host_rate, on_host_clock }
+fn plain(driver: impl Driver + 'static) -> Source {
+    Source { driver: Box::new(driver), truth: None, host_rate: 1.0 }
+}
+
+/// A source whose time may pass faster than the host's; at speed 0 as fast as it goes.
+fn paced(driver: impl Driver + 'static, speed: f64) -> Source {
+    if speed > 0.0 {
+        return Source { host_rate: speed.recip(), ..plain(driver) };
+    }
+    plain(OnHostClock(driver))
 }
 
 fn zed2(camera: &Camera) -> Result<Zed2, OpenError> {
@@ -87,14 +90,14 @@ fn synthetic(context: &LaneContext, camera: &Camera) -> Result<Source, Synthetic
         last: SensorTime::from_nanos(0),
     };
     let speed = camera.synthetic.as_ref().map_or(1.0, |synthetic| synthetic.speed);
-    Ok(Source { truth: Some(Box::new(truth)), ..at_speed(driver, speed) })
+    Ok(Source { truth: Some(Box::new(truth)), ..paced(driver, speed) })
 }
 
 fn replay(context: &LaneContext, camera: &Camera) -> Result<Source, ReplayError> {
     let settings = camera.replay.clone().unwrap_or_default();
     let directory = context.loaded.path.parent().unwrap_or(Path::new(""));
     let driver = ReplayDriver::open(&settings, directory)?;
-    Ok(at_speed(driver, settings.speed))
+    Ok(paced(driver, settings.speed))
 }
 
 fn with_faults(source: Source, camera: &Camera) -> Source {

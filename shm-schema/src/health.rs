@@ -56,7 +56,7 @@ pub struct Health {
     /// Code of [`crate::PositionSource`] of the latest pose.
     pub position_source: u8,
     /// Zero.
-    pub reserved: [u8; 5],
+    pub reserved: [u8; 9],
     /// Samples per second over the last interval; `NaN` before the first.
     pub sample_rate_hz: f64,
     /// Poses per second over the last interval; `NaN` before the first.

@@ -47,3 +47,8 @@ pub const VERSION_ATTRIBUTE: &str = "lodestone.schema_version";
 
 /// [`SCHEMA_VERSION`] as the text of the service attribute.
 pub const VERSION_ATTRIBUTE_VALUE: &str = "1";
+
+const _: () = assert!(
+    matches!(u32::from_str_radix(VERSION_ATTRIBUTE_VALUE, 10), Ok(SCHEMA_VERSION)),
+    "the attribute's text is not the schema version"
+);

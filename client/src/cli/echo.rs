@@ -5,7 +5,7 @@ use lodestone_client::{PoseStream, StreamError};
 use super::args::EchoArgs;
 use super::failure::Failure;
 use super::json::PoseLine;
-use super::output::Output;
+use super::output::{Output, remark};
 use super::session::Session;
 use super::stop::NOTICE;
 
@@ -35,10 +35,11 @@ fn print(
     let camera = poses.camera().to_owned();
     let batch = poses.all();
     if batch.restarts > 0 {
-        eprintln!("lodestone: {camera}: the daemon has restarted");
+        remark(format_args!("{camera}: the daemon has restarted"));
     }
     if batch.lost > 0 || batch.invalid > 0 {
-        eprintln!("lodestone: {camera}: {} poses lost, {} invalid", batch.lost, batch.invalid);
+        let (lost, invalid) = (batch.lost, batch.invalid);
+        remark(format_args!("{camera}: {lost} poses lost, {invalid} invalid"));
     }
     let mut printed = 0;
     for pose in batch.into_iter().take(usize::try_from(most).unwrap_or(usize::MAX)) {

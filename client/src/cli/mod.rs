@@ -32,7 +32,7 @@ pub(crate) fn run() -> ExitCode {
     match command(&args) {
         Ok(()) | Err(Failure::NobodyReads) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("lodestone: {failure}");
+            output::remark(&failure);
             failure.exit_code()
         }
     }

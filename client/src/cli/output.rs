@@ -1,5 +1,6 @@
-//! Lines to standard output.
+//! Lines to standard output, and remarks to standard error.
 
+use std::fmt::Display;
 use std::io::{self, StdoutLock, Write};
 
 use serde::Serialize;
@@ -31,4 +32,10 @@ impl Output {
         self.out.write_all(text.as_bytes())?;
         Ok(self.out.flush()?)
     }
+}
+
+/// Says something on standard error. A reader that is gone is no reason to fail, or to panic as
+/// `eprintln!` does.
+pub(super) fn remark(text: impl Display) {
+    let _ = writeln!(io::stderr(), "lodestone: {text}");
 }

@@ -241,7 +241,7 @@ fn health(poses: u64) -> Health {
         state: 2,
         heading_source: 1,
         position_source: 4,
-        reserved: [0; 5],
+        reserved: [0; 9],
         sample_rate_hz: 400.0,
         pose_rate_hz: 400.0,
         latency_p50_s: 50e-6,

@@ -34,7 +34,8 @@ pub(super) const CAMERA: &[Key] = &[
         "axis_map",
         Axes,
         "",
-        "Sensor axes that point forward, left and up. To check it on a level camera: the \
+        "Sensor axes that point forward, left and up; default: those of a ZED 2, and \
+         [\"x\", \"y\", \"z\"] for driver \"replay\". To check it on a level camera: the \
          accelerometer reads +9.81 m/s² on the third, and tilting the nose down makes the first \
          negative.",
     ),

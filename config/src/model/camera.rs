@@ -44,8 +44,8 @@ pub struct Camera {
     pub model: CameraModel,
     /// Where the camera sits on its vehicle.
     pub mounting: Mounting,
-    /// How sensor axes become body axes.
-    pub axis_map: AxisMap,
+    /// How sensor axes become body axes; see [`Camera::axes`] for what holds without it.
+    pub axis_map: Option<AxisMap>,
     /// Noise of the sensors; the model's figures if absent.
     pub noise: Option<Noise>,
     /// Calibration file, relative to this configuration's directory.
@@ -56,6 +56,17 @@ pub struct Camera {
     pub replay: Option<Replay>,
     /// Faults to inject between driver and ring, for tests of what depends on this daemon.
     pub fault: Vec<Fault>,
+}
+
+impl Camera {
+    /// How sensor axes become body axes: as configured, else as a ZED 2 is built; a recording is
+    /// taken to be in body axes.
+    pub fn axes(&self) -> AxisMap {
+        self.axis_map.unwrap_or(match self.driver {
+            DriverKind::Zed2 | DriverKind::Synthetic => AxisMap::default(),
+            DriverKind::Replay => AxisMap::IDENTITY,
+        })
+    }
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
@@ -95,6 +106,31 @@ pub enum SignedAxis {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct AxisMap(pub [SignedAxis; 3]);
+
+impl AxisMap {
+    /// The sensor's axes are the body's.
+    pub const IDENTITY: Self = Self([SignedAxis::PlusX, SignedAxis::PlusY, SignedAxis::PlusZ]);
+
+    /// Unit vectors that point forward, left and up, in sensor axes: the rows of the matrix that
+    /// turns sensor coordinates into body coordinates.
+    pub fn directions(self) -> [[f64; 3]; 3] {
+        self.0.map(SignedAxis::direction)
+    }
+}
+
+impl SignedAxis {
+    /// The unit vector along this axis.
+    pub const fn direction(self) -> [f64; 3] {
+        match self {
+            Self::PlusX => [1.0, 0.0, 0.0],
+            Self::MinusX => [-1.0, 0.0, 0.0],
+            Self::PlusY => [0.0, 1.0, 0.0],
+            Self::MinusY => [0.0, -1.0, 0.0],
+            Self::PlusZ => [0.0, 0.0, 1.0],
+            Self::MinusZ => [0.0, 0.0, -1.0],
+        }
+    }
+}
 
 impl Default for AxisMap {
     /// The ZED 2: sensor x down, y left, z forward.

@@ -35,7 +35,7 @@ fn explanation(json: bool) -> String {
 }
 
 /// Calibrations and recordings are opened, so that a run will not fail on them.
-fn check_files(loaded: &Loaded) -> Result<(), CommandError> {
+pub(super) fn check_files(loaded: &Loaded) -> Result<(), CommandError> {
     let mut problems = Vec::new();
     if let Err(errors) = loaded.calibrations() {
         problems.extend(errors.iter().map(ToString::to_string));

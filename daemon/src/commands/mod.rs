@@ -39,7 +39,7 @@ impl CommandError {
         match self {
             Self::Configuration(_) | Self::Files(_) | Self::Logging(_) => 2,
             Self::Run(e) => e.exit_code(),
-            Self::Replay(_) => 1,
+            Self::Replay(e) => e.exit_code(),
         }
     }
 }
@@ -67,6 +67,7 @@ fn execute_run(cli: &Cli, args: &crate::cli::RunArgs) -> Result<(), CommandError
     let loaded = load(cli.config.as_deref())?;
     let console = Console::choose();
     logging::init(cli.log.as_deref(), console.log_lines())?;
+    check::check_files(&loaded)?;
     Ok(run::run(loaded, args, console, crate::pipeline::start)?)
 }
 

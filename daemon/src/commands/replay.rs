@@ -8,8 +8,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use lodestone_config::Loaded;
 use lodestone_config::model::{Camera, DriverKind, Replay};
+use lodestone_config::{LoadError, Loaded};
 use lodestone_schema::Status;
 
 use crate::cli::ReplayArgs;
@@ -38,6 +38,9 @@ pub enum ReplayCommandError {
     /// A recording cannot be read.
     #[error(transparent)]
     Open(#[from] ReplayError),
+    /// The replayed camera's calibration cannot be used.
+    #[error(transparent)]
+    Calibration(#[from] LoadError),
     /// A recording ends in the middle.
     #[error("{}: {what}; the poses up to there are in {}", recording.display(), poses.display())]
     Broken {
@@ -57,6 +60,16 @@ pub enum ReplayCommandError {
     /// SIGINT or SIGTERM.
     #[error("interrupted; {} is not complete", .0.display())]
     Interrupted(PathBuf),
+}
+
+impl ReplayCommandError {
+    /// 2 where the command line or the configuration is to blame, else 1.
+    pub const fn exit_code(&self) -> u8 {
+        match self {
+            Self::SameOutput(_) | Self::Calibration(_) => 2,
+            _ => 1,
+        }
+    }
 }
 
 /// Replays every recording through a lane of its own.
@@ -99,6 +112,7 @@ fn outputs(args: &ReplayArgs) -> Result<Vec<PathBuf>, ReplayCommandError> {
 struct Summary {
     rows: u64,
     malformed: u64,
+    ring_dropped: u64,
     counts: CoreCounts,
     phase: Phase,
     has_magnetometer: bool,
@@ -140,6 +154,7 @@ fn replay_one(
         None => Ok(Summary {
             rows: counts.readings,
             malformed: driver.counters().malformed,
+            ring_dropped: producer.monitor().counters().dropped,
             counts,
             phase,
             has_magnetometer,
@@ -158,10 +173,15 @@ struct Lane {
 }
 
 impl Lane {
-    fn new(loaded: &Loaded, driver: &ReplayDriver, poses: &Path) -> Result<Self, PosesError> {
+    fn new(
+        loaded: &Loaded,
+        driver: &ReplayDriver,
+        poses: &Path,
+    ) -> Result<Self, ReplayCommandError> {
         let camera = recorded_camera(loaded);
+        let calibration = loaded.calibration(&camera)?;
         let rate_hz = driver.info().nominal_rate_hz;
-        let settings = LaneSettings::new(&loaded.config, 0, &camera, None, rate_hz);
+        let settings = LaneSettings::new(&loaded.config, 0, &camera, calibration.as_ref(), rate_hz);
         let (core, writer) = (Core::new(&settings), PosesWriter::create(poses)?);
         Ok(Self { core, settings, writer, status: Status::empty(), has_magnetometer: false })
     }
@@ -178,7 +198,8 @@ impl Lane {
     }
 }
 
-/// The configuration's first replayed camera, whose noise figures apply, or a default one.
+/// The configuration's first replayed camera, whose axes, calibration and noise figures apply, or a
+/// default one.
 fn recorded_camera(loaded: &Loaded) -> Camera {
     let cameras = &loaded.config.camera;
     let configured = cameras.iter().find(|camera| camera.driver == DriverKind::Replay);
@@ -192,6 +213,7 @@ fn tell(recording: &Path, s: &Summary) {
     tracing::info!(
         rows = s.rows,
         malformed = s.malformed,
+        dropped = s.ring_dropped,
         lost = c.lost,
         duplicates = c.duplicates,
         out_of_order = c.out_of_order,

@@ -47,8 +47,8 @@ impl Console {
     pub fn show(&mut self, views: &[LaneView]) {
         match self {
             Self::Table(screen, lines) => {
-                let width = terminal_width();
-                screen.draw(&lines.take(), &render(views, width), width);
+                let size = terminal_size();
+                screen.draw(&lines.take(), &render(views, size.0), size);
             }
             Self::Log(journal) => journal.note(views, std::time::Instant::now()),
         }
@@ -64,8 +64,9 @@ impl Drop for Console {
     }
 }
 
-/// Columns of the terminal; very many where it does not tell.
-fn terminal_width() -> usize {
+/// Columns and rows of the terminal; very many where it does not tell.
+fn terminal_size() -> (usize, usize) {
+    let known = |count: u16| if count == 0 { 1000 } else { usize::from(count) };
     let size = rustix::termios::tcgetwinsize(rustix::stdio::stdout());
-    size.ok().map(|size| usize::from(size.ws_col)).filter(|&columns| columns > 0).unwrap_or(1000)
+    size.map_or((1000, 1000), |size| (known(size.ws_col), known(size.ws_row)))
 }

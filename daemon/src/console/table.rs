@@ -23,8 +23,9 @@ const COLUMNS: [(&str, bool, usize); 11] = [
 
 const GAP: &str = "  ";
 
+/// At most 80 columns wide.
 const LEGEND: &str =
-    "± is one standard deviation; heading is clockwise from north; (not valid); ctrl-c stops";
+    "± one sigma; heading clockwise from north; (bracketed: not valid); ctrl-c stops";
 
 /// The table's lines: titles, a line for each lane, an explanation.
 ///

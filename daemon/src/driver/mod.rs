@@ -5,6 +5,7 @@
 //! allocates nothing after it was opened, except while it looks for a lost device.
 
 pub mod faulty;
+pub mod host_clock;
 pub mod replay;
 pub mod synthetic;
 pub mod zed2;
@@ -12,6 +13,11 @@ pub mod zed2;
 use std::time::Duration;
 
 use crate::reading::Reading;
+
+/// Most readings that a source which could go on for ever (a recording, a simulated world) hands on
+/// in one poll: the least `lane.ring_capacity`. A lane on one thread empties its ring between polls
+/// only, so more of them would push readings out of a small ring.
+const BATCH: usize = 16;
 
 /// Takes readings, oldest first. The lane's ring is one; a `Vec` is another, for tests.
 pub trait Sink {

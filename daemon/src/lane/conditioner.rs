@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use lodestone_config::Calibration;
-use lodestone_config::model::{AxisMap, SignedAxis};
+use lodestone_config::model::AxisMap;
 use lodestone_fusion::{Accel, Body, Gyro, ImuSample, Mag};
 
 use crate::reading::Reading;
@@ -34,7 +34,7 @@ impl Conditioner {
         let accel = calibration.and_then(|c| c.accelerometer.as_ref());
         let magnetometer = calibration.and_then(|c| c.magnetometer.as_ref());
         Self {
-            body_from_sensor: matrix_of(map),
+            body_from_sensor: DMat3::from_cols_array_2d(&map.directions()).transpose(),
             gyro_bias: gyro.map_or(DVec3::ZERO, |g| g.bias_rad_s.into()),
             accel_bias: accel.map_or(DVec3::ZERO, |a| a.bias_m_s2.into()),
             magnetometer: magnetometer.map(|m| MagnetometerModel {
@@ -72,23 +72,6 @@ impl MagnetometerModel {
     fn field(&self, raw: DVec3, temperature_c: Option<f64>) -> DVec3 {
         let warmer = temperature_c.map_or(0.0, |t| t - self.reference_c);
         self.soft_iron * (raw - self.hard_iron - self.slope_per_kelvin * warmer)
-    }
-}
-
-/// Row i of the matrix picks the sensor axis that is body axis i.
-fn matrix_of(AxisMap(axes): AxisMap) -> DMat3 {
-    let [forward, left, up] = axes.map(unit);
-    DMat3::from_cols(forward, left, up).transpose()
-}
-
-const fn unit(axis: SignedAxis) -> DVec3 {
-    match axis {
-        SignedAxis::PlusX => DVec3::X,
-        SignedAxis::MinusX => DVec3::NEG_X,
-        SignedAxis::PlusY => DVec3::Y,
-        SignedAxis::MinusY => DVec3::NEG_Y,
-        SignedAxis::PlusZ => DVec3::Z,
-        SignedAxis::MinusZ => DVec3::NEG_Z,
     }
 }
 

@@ -66,6 +66,13 @@ pub struct CoreCounts {
 const RECOVERED_TILT_RAD: f64 = 0.05;
 const RECOVERED_HEADING_RAD: f64 = 0.2;
 
+/// Readings in a row that lie before the newest one taken, in order among themselves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct BackwardRun {
+    first: SensorTime,
+    last: SensorTime,
+}
+
 /// One camera's lane without its surroundings.
 #[derive(Clone, Debug)]
 pub struct Core {
@@ -75,6 +82,7 @@ pub struct Core {
     parameters: Parameters,
     reset_after: SensorSpan,
     epoch: Option<u32>,
+    backwards: Option<BackwardRun>,
     degraded: bool,
     phase: Phase,
     counts: CoreCounts,
@@ -90,6 +98,7 @@ impl Core {
             parameters: settings.estimator,
             reset_after: settings.timing.reset_after,
             epoch: None,
+            backwards: None,
             degraded: false,
             phase: Phase::Aligning(Waiting::Collecting),
             counts: CoreCounts::default(),
@@ -101,7 +110,7 @@ impl Core {
         self.counts.readings += 1;
         self.follow_epoch(reading.epoch);
         let sample = self.conditioner.condition(reading);
-        match self.grid.push(sample) {
+        match self.push(sample) {
             Ok(accepted) => self.account(accepted),
             Err(refusal) => {
                 self.count_refusal(refusal);
@@ -160,6 +169,34 @@ impl Core {
             self.grid.reset();
             self.reset();
         }
+    }
+
+    /// Hands a sample to the grid. Where the source's clock was set back, or its newest time stamp was
+    /// wrong, the filter starts anew: the grid alone would wait until the old time is reached again.
+    fn push(&mut self, sample: ImuSample) -> Result<Accepted, Refusal> {
+        let result = self.grid.push(sample);
+        match result {
+            Ok(_) => self.backwards = None,
+            Err(Refusal::OutOfOrder) if self.was_set_back(sample.time) => {
+                self.grid.reset();
+                self.reset();
+                return self.grid.push(sample);
+            }
+            Err(_) => {}
+        }
+        result
+    }
+
+    /// Whether refused readings have come in order for as long as a gap that resets the filter. A
+    /// burst of late readings is shorter, and readings that change places are not in order.
+    fn was_set_back(&mut self, time: SensorTime) -> bool {
+        let run = match self.backwards {
+            Some(run) if time >= run.last => BackwardRun { last: time, ..run },
+            _ => BackwardRun { first: time, last: time },
+        };
+        let set_back = run.last - run.first > self.reset_after;
+        self.backwards = (!set_back).then_some(run);
+        set_back
     }
 
     fn account(&mut self, accepted: Accepted) {

@@ -12,6 +12,8 @@ mod conditioner;
 mod core;
 mod message;
 mod settings;
+#[cfg(test)]
+mod tests;
 mod worker;
 
 pub use conditioner::Conditioner;

@@ -3,9 +3,7 @@
 use std::time::Duration;
 
 use lodestone_config::Calibration;
-use lodestone_config::model::{
-    AxisMap, Camera, Config, DriverKind, HeadingMode as Mode, Noise, SignedAxis, ValidityBounds,
-};
+use lodestone_config::model::{Camera, Config, HeadingMode as Mode, Noise, ValidityBounds};
 use lodestone_fusion::{GridParameters, HeadingMode, Parameters, SensorNoise, SensorSpan};
 
 use super::Conditioner;
@@ -52,7 +50,7 @@ impl LaneSettings {
         Self {
             camera_id: camera_id as u32,
             camera: camera.name.clone(),
-            conditioner: Conditioner::new(axes_of(camera), calibration),
+            conditioner: Conditioner::new(camera.axes(), calibration),
             grid: GridParameters {
                 sample_interval: SensorSpan::from_secs_f64(1.0 / nominal_rate_hz),
                 bridge_limit: SensorSpan::from_secs_f64(lane.bridge_limit_s),
@@ -65,14 +63,6 @@ impl LaneSettings {
                 reset_after: SensorSpan::from_secs_f64(lane.reset_after_s),
             },
         }
-    }
-}
-
-/// Recordings are in body axes already.
-fn axes_of(camera: &Camera) -> AxisMap {
-    match camera.driver {
-        DriverKind::Replay => AxisMap([SignedAxis::PlusX, SignedAxis::PlusY, SignedAxis::PlusZ]),
-        DriverKind::Zed2 | DriverKind::Synthetic => camera.axis_map,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lodestone_fusion::{Refusal, SensorTime};
+use lodestone_fusion::SensorTime;
 use lodestone_schema::{CalibratedSample, LaneState, Pose, Status, Validity};
 
 use super::core::{Core, Phase, StepOutput};
@@ -31,6 +31,7 @@ pub struct Worker<P> {
     core: Core,
     outlet: Outlet<P>,
     stale_after_ns: i64,
+    /// When the last reading came that could be used.
     last_arrival: Option<HostTime>,
     silent: bool,
     epoch: Option<u32>,
@@ -82,8 +83,6 @@ impl<P: Publish> Worker<P> {
     /// Takes one reading through to its poses.
     pub fn take(&mut self, reading: &Reading) {
         let started = HostTime::now();
-        self.last_arrival = Some(reading.arrival);
-        self.silent = false;
         if self.epoch.replace(reading.epoch).is_some_and(|e| e != reading.epoch) {
             tracing::warn!(camera = self.outlet.settings.camera, "the source began anew");
         }
@@ -94,13 +93,14 @@ impl<P: Publish> Worker<P> {
             outlet.publish(step, reading.arrival, started, calibrated);
         });
         if taken.refusal.is_none() {
+            // A source that sends only what cannot be used is as good as silent.
+            self.last_arrival = Some(reading.arrival);
+            self.silent = false;
             outlet.note_sensor(reading);
             outlet.publish_sample(
                 &sample_message(&taken.sample, reading.temperature_c, calibrated),
                 reading,
             );
-        }
-        if taken.refusal != Some(Refusal::Duplicate) {
             outlet.report_state(&self.core);
         }
         self.count();
@@ -114,6 +114,7 @@ impl<P: Publish> Worker<P> {
         if silent && !self.silent {
             self.silent = true;
             self.outlet.publish_stale();
+            self.count();
         }
         if lost || silent {
             let state =

@@ -78,7 +78,7 @@ pub(crate) const fn blank_health() -> Health {
         state: LaneState::Searching.code(),
         heading_source: 0,
         position_source: 0,
-        reserved: [0; 5],
+        reserved: [0; 9],
         sample_rate_hz: f64::NAN,
         pose_rate_hz: f64::NAN,
         latency_p50_s: f64::NAN,

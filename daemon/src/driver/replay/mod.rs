@@ -6,7 +6,8 @@
 //! At a speed above 0 a row is handed on when it is due, and arrives at the time the host's clock
 //! shows; sensor time keeps the recording's pace, so `speed` sensor seconds pass in a second of
 //! the host ([`crate::clock::SensorClock::new`] takes the inverse). At speed 0 rows come as fast as
-//! they are taken, and the host's clock is the recording's: a row arrives at its own time.
+//! they are taken, and the host's clock is the recording's: a row arrives at its own time. In a live
+//! lane [`super::host_clock`] stamps such rows by the host's clock instead.
 
 mod pace;
 #[cfg(test)]
@@ -20,12 +21,9 @@ use lodestone_config::model::Replay;
 use lodestone_fusion::{Accel, Gyro, Mag};
 use pace::Pace;
 
-use super::{Driver, DriverCounters, DriverInfo, Sink, SourceState};
+use super::{BATCH, Driver, DriverCounters, DriverInfo, Sink, SourceState};
 use crate::reading::{HostTime, Reading};
 use crate::recording::{Recording, RecordingError, Row, RowError};
-
-/// Most rows, good or bad, in one poll.
-const BATCH: usize = 64;
 
 /// Why a recording cannot be replayed.
 #[derive(Debug, thiserror::Error)]

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use tempfile::TempDir;
 
+use super::super::host_clock::OnHostClock;
 use super::*;
 
 const HEADER: &str = "t,gx,gy,gz,ax,ay,az,mx,my,mz";
@@ -61,6 +62,17 @@ fn as_fast_as_it_goes_each_row_arrives_at_its_own_time() {
     assert!(driver.info().description.ends_with("walk.csv"));
     assert!(driver.failure().get().is_none());
     assert_eq!(driver.poll(Duration::ZERO, &mut Vec::new()), SourceState::Ended);
+}
+
+#[test]
+fn beside_a_live_lane_each_row_arrives_when_the_host_reads_it() {
+    let folder = Folder::with(numbered(100));
+    let mut driver = OnHostClock(folder.open(0.0, false));
+    let (mut readings, start) = (Vec::new(), HostTime::now());
+    while driver.poll(Duration::ZERO, &mut readings) != SourceState::Ended {}
+    assert_eq!(numbers(&readings), (0..100).map(f64::from).collect::<Vec<_>>());
+    assert!(readings.is_sorted_by_key(|reading| reading.arrival));
+    assert!(readings.iter().all(|r| r.arrival >= start && r.arrival <= HostTime::now()));
 }
 
 #[test]

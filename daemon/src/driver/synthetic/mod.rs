@@ -44,7 +44,7 @@ pub use sensor::AxisMapError;
 pub use settings::SettingError;
 pub use truth::{Truth, TruthSource};
 
-use super::{Driver, DriverCounters, DriverInfo, Sink, SourceState};
+use super::{BATCH, Driver, DriverCounters, DriverInfo, Sink, SourceState};
 use crate::reading::Reading;
 use clock::SensorClock;
 use kinematics::{Earth, Mover};
@@ -52,9 +52,6 @@ use pace::{Due, Pace};
 use random::Stream;
 use sensor::{SensorUnit, Stimulus};
 use transport::{NOMINAL_RATE_HZ, Schedule, Slot};
-
-/// Samples delivered or dropped in one poll at most; what is left over is still due in the next.
-const SAMPLES_PER_POLL: usize = 64;
 
 /// Why a synthetic camera cannot be made.
 #[derive(Debug, Error)]
@@ -210,7 +207,8 @@ impl Driver for SyntheticDriver {
             return SourceState::Ended;
         }
         let due = self.pace.wait(self.next.due_s, timeout);
-        for _ in 0..SAMPLES_PER_POLL {
+        // Delivered or dropped; what is left over is still due in the next poll.
+        for _ in 0..BATCH {
             if self.has_ended() {
                 return SourceState::Ended;
             }

@@ -334,7 +334,7 @@ fn one_poll_is_bounded() {
     for _ in 0..3 {
         let mut readings = Vec::new();
         assert_eq!(driver.poll(Duration::ZERO, &mut readings), SourceState::Streaming);
-        assert_eq!(readings.len(), SAMPLES_PER_POLL);
+        assert_eq!(readings.len(), BATCH);
     }
 }
 

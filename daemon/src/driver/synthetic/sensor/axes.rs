@@ -1,7 +1,7 @@
 //! From body axes back to the axes the sensor reports in.
 
 use glam::{DMat3, DVec3};
-use lodestone_config::model::{AxisMap, SignedAxis};
+use lodestone_config::model::AxisMap;
 use thiserror::Error;
 
 /// The axis map is not a right-handed permutation of the axes.
@@ -23,8 +23,7 @@ impl SensorAxes {
     pub(crate) fn new(map: AxisMap) -> Result<Self, AxisMapError> {
         // The map's rows say which sensor axis a body axis is: as columns they are the transpose,
         // which is the inverse of a rotation.
-        let [x, y, z] = map.0.map(axis);
-        let sensor_from_body = DMat3::from_cols(x, y, z);
+        let sensor_from_body = DMat3::from_cols_array_2d(&map.directions());
         let is_rotation = (sensor_from_body.determinant() - 1.0).abs() < 1e-12;
         is_rotation.then_some(Self { sensor_from_body }).ok_or(AxisMapError(map))
     }
@@ -32,17 +31,6 @@ impl SensorAxes {
     /// Sensor coordinates of a vector in body coordinates.
     pub(crate) fn to_sensor(self, body: DVec3) -> DVec3 {
         self.sensor_from_body * body
-    }
-}
-
-const fn axis(axis: SignedAxis) -> DVec3 {
-    match axis {
-        SignedAxis::PlusX => DVec3::X,
-        SignedAxis::MinusX => DVec3::NEG_X,
-        SignedAxis::PlusY => DVec3::Y,
-        SignedAxis::MinusY => DVec3::NEG_Y,
-        SignedAxis::PlusZ => DVec3::Z,
-        SignedAxis::MinusZ => DVec3::NEG_Z,
     }
 }
 
@@ -60,7 +48,7 @@ mod tests {
 
     #[test]
     fn a_map_that_is_no_rotation_is_refused() {
-        use SignedAxis::{MinusX, PlusX, PlusY, PlusZ};
+        use lodestone_config::model::SignedAxis::{MinusX, PlusX, PlusY, PlusZ};
         for map in [[PlusX, PlusX, PlusY], [MinusX, PlusY, PlusZ], [PlusX, MinusX, PlusZ]] {
             assert_eq!(SensorAxes::new(AxisMap(map)), Err(AxisMapError(AxisMap(map))));
         }

@@ -69,7 +69,7 @@ impl SensorUnit {
     ) -> Result<Self, AxisMapError> {
         let noise = camera.noise.unwrap_or_else(|| camera.model.noise());
         Ok(Self {
-            axes: SensorAxes::new(camera.axis_map)?,
+            axes: SensorAxes::new(camera.axes())?,
             thermometer: Thermometer::new(&synthetic.errors),
             gyroscope: Gyroscope::new(&noise, &synthetic.errors, synthetic.seed, rate_hz),
             accelerometer: Accelerometer::new(&noise, &synthetic.errors, synthetic.seed, rate_hz),

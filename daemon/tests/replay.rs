@@ -1,0 +1,131 @@
+//! `lodestoned replay` as a process: every row, and what the configuration says of the camera.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use common::said;
+use tempfile::TempDir;
+
+const ROWS: usize = 1_000;
+
+/// A camera at rest for ten seconds, with `row` for the nine values of each row.
+fn recording(row: &str) -> String {
+    let mut text = String::from("t,gx,gy,gz,ax,ay,az,mx,my,mz\n");
+    for n in 0..ROWS {
+        writeln!(text, "{:.2},{row}", n as f64 * 0.01).unwrap();
+    }
+    text
+}
+
+const IN_BODY_AXES: &str = "0,0,0,0.125,0.25,9.8125,3.5,20.25,-40.75";
+
+/// A directory with files, in which the daemon's binary runs.
+struct Place(TempDir);
+
+impl Place {
+    fn with(files: &[(&str, &str)]) -> Self {
+        let place = tempfile::tempdir().unwrap();
+        for (name, content) in files {
+            std::fs::write(place.path().join(name), content).unwrap();
+        }
+        Self(place)
+    }
+
+    fn lodestoned(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lodestoned"));
+        command.args(arguments).current_dir(self.0.path()).env_remove("RUST_LOG");
+        command.output().unwrap()
+    }
+
+    /// The poses of a recording of this place.
+    fn replayed(&self, file: &str, config: Option<&str>) -> String {
+        let mut arguments = vec!["replay", file, "--out", "poses"];
+        arguments.extend(config.iter().flat_map(|config| ["--config", config]));
+        let output = self.lodestoned(&arguments);
+        assert!(output.status.success(), "{}", said(&output));
+        std::fs::read_to_string(self.0.path().join("poses").join(Path::new(file))).unwrap()
+    }
+}
+
+fn configuration(lane: &str, camera: &str) -> String {
+    format!(
+        "[lane]\n{lane}\n[[camera]]\nname = \"recorded\"\ndriver = \"replay\"\n{camera}\n\
+         [camera.replay]\nfile = \"rest.csv\"\n"
+    )
+}
+
+#[test]
+fn the_smallest_ring_loses_no_row() {
+    let config = configuration("ring_capacity = 16", "");
+    let place = Place::with(&[("rest.csv", &recording(IN_BODY_AXES)), ("small.toml", &config)]);
+    let with_small_ring = place.replayed("rest.csv", Some("small.toml"));
+    assert_eq!(with_small_ring.lines().count(), ROWS + 1);
+    assert_eq!(with_small_ring, place.replayed("rest.csv", None));
+}
+
+#[test]
+fn a_recording_in_sensor_axes_is_turned_by_the_axis_map() {
+    // Body forward is sensor z, left is y, up is -x.
+    let in_sensor_axes = recording("0,0,0,-9.8125,0.25,0.125,40.75,20.25,3.5");
+    let config = configuration("", "axis_map = [\"z\", \"y\", \"-x\"]");
+    let place = Place::with(&[
+        ("rest.csv", &recording(IN_BODY_AXES)),
+        ("sensor.csv", &in_sensor_axes),
+        ("zed.toml", &config),
+    ]);
+    let turned = place.replayed("sensor.csv", Some("zed.toml"));
+    assert!(!turned.lines().last().unwrap().contains(",,"), "there are poses at the end");
+    assert_eq!(turned, place.replayed("rest.csv", None));
+}
+
+const CALIBRATION: &str = "serial = 7\ndate = 2026-05-31\n[magnetometer]\n\
+     hard_iron_ut = [16.0, -8.0, 4.0]\nhard_iron_slope_ut_k = [0.0, 0.0, 0.0]\n\
+     reference_temperature_c = 25.0\n\
+     soft_iron = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]\n";
+
+#[test]
+fn the_replayed_cameras_calibration_applies() {
+    let distorted = recording("0,0,0,0.125,0.25,9.8125,19.5,12.25,-36.75");
+    let config = configuration("", "serial = 7\ncalibration = \"camera.toml\"");
+    let place = Place::with(&[
+        ("rest.csv", &recording(IN_BODY_AXES)),
+        ("distorted.csv", &distorted),
+        ("camera.toml", CALIBRATION),
+        ("calibrated.toml", &config),
+    ]);
+    // All but the status column, which says that a calibration applies.
+    let poses = |text: &str| -> Vec<String> {
+        let row = |line: &str| line.split(',').take(15).collect::<Vec<_>>().join(",");
+        text.lines().map(row).collect()
+    };
+    let calibrated = place.replayed("distorted.csv", Some("calibrated.toml"));
+    assert_eq!(poses(&calibrated), poses(&place.replayed("rest.csv", None)));
+    assert_ne!(poses(&calibrated), poses(&place.replayed("distorted.csv", None)));
+}
+
+#[test]
+fn a_calibration_that_cannot_be_used_is_a_wrong_configuration_for_every_command() {
+    let config = configuration("", "serial = 8\ncalibration = \"camera.toml\"");
+    let place = Place::with(&[
+        ("rest.csv", &recording(IN_BODY_AXES)),
+        ("camera.toml", CALIBRATION),
+        ("other.toml", &config),
+    ]);
+    let replay = ["replay", "rest.csv", "--out", "poses", "--config", "other.toml"];
+    for arguments in [&["run", "--config", "other.toml"][..], &replay] {
+        let output = place.lodestoned(arguments);
+        assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+        assert!(said(&output).contains("camera.toml"), "{}", said(&output));
+    }
+}
+
+#[test]
+fn two_recordings_of_one_name_are_wrong_usage() {
+    let place = Place::with(&[("rest.csv", &recording(IN_BODY_AXES))]);
+    let output = place.lodestoned(&["replay", "rest.csv", "rest.csv", "--out", "poses"]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+}
