@@ -14,15 +14,28 @@ pub(super) fn run(session: &Session, args: &EchoArgs) -> Result<(), Failure> {
     let mut poses = session.client.poses(&camera)?;
     let mut output = Output::new();
     let mut left = args.count.unwrap_or(u64::MAX);
+    let mut told = String::new();
     while left > 0 && !session.stop.asked() {
         match poses.wait(NOTICE) {
             // A daemon that stops or restarts is waited for.
-            Err(StreamError::TimedOut { .. } | StreamError::NotConnected(_)) => {}
+            Err(StreamError::TimedOut { .. }) => {}
+            Err(StreamError::NotConnected(why)) => tell_once(&camera, &why.to_string(), &mut told),
             Err(other) => return Err(other.into()),
-            Ok(_) => left -= print(session, &mut poses, &mut output, left)?,
+            Ok(_) => {
+                told.clear();
+                left -= print(session, &mut poses, &mut output, left)?;
+            }
         }
     }
     Ok(())
+}
+
+/// Says why nothing comes, unless it has been said already.
+fn tell_once(camera: &str, why: &str, told: &mut String) {
+    if why != told {
+        eprintln!("lodestone: {camera}: waiting: {why}");
+        why.clone_into(told);
+    }
 }
 
 /// Prints at most `most` of the poses that came; returns how many.

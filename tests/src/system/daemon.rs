@@ -75,7 +75,9 @@ impl Daemon {
         if let Some(listener) = self.listener.take() {
             listener.join().expect("the listener does not panic");
         }
-        (status.code(), self.log())
+        let log = self.log();
+        assert!(!log.contains("panicked"), "{log}");
+        (status.code(), log)
     }
 }
 

@@ -7,6 +7,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use tempfile::TempDir;
 
+/// Most consumers of one camera's poses in a [`TestDomain::configuration`].
+pub const MOST_CONSUMERS: usize = 4;
+
 static DOMAINS: AtomicU64 = AtomicU64::new(0);
 
 /// Prefix and root that no other test uses, and a directory for its files; all of it goes with
@@ -46,7 +49,7 @@ impl TestDomain {
         let path = self.directory().join("lodestone.toml");
         let text = format!(
             "[shared_memory]\nprefix = \"{}\"\nroot = \"{}\"\npose_history = 512\n\
-             max_subscribers = 6\n\n{rest}",
+             max_subscribers = {MOST_CONSUMERS}\n\n{rest}",
             self.prefix, self.root
         );
         fs::write(&path, text).expect("writes");

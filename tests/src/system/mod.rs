@@ -14,7 +14,7 @@ mod replayed;
 pub use broad::{Trial, orientation_rmse_deg};
 pub use counting::{Counting, counted};
 pub use daemon::Daemon;
-pub use domain::TestDomain;
+pub use domain::{MOST_CONSUMERS, TestDomain};
 pub use follower::{Follower, Tally};
 pub use patience::{PATIENCE, eventually, skipped};
 pub use programs::{lodestone, lodestoned, on_small_shm, said};

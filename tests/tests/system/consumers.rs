@@ -1,6 +1,6 @@
 //! Consumers that are stopped and killed, and a daemon that is.
 
-use lodestone_tests::system::{Daemon, Follower, TestDomain, eventually};
+use lodestone_tests::system::{Daemon, Follower, MOST_CONSUMERS, TestDomain, eventually};
 use rustix::process::Signal;
 
 const TWO_CAMERAS: &str = r#"
@@ -123,9 +123,38 @@ fn given_five_rounds_of_kill_and_restart_then_nothing_that_is_left_behind_grows(
         }));
         daemon.kill();
     }
+    println!("files in each round: {served:?}");
     let last = Daemon::start(&configuration);
     assert_eq!(witness.stop(), Some(0));
     last.signal(Signal::TERM);
     assert_eq!(last.ended().0, Some(0));
-    assert_eq!(domain.memory_in_use(), [""; 0], "rounds had {served:?} files");
+    assert_eq!(domain.memory_in_use(), [""; 0]);
+}
+
+#[test]
+fn given_more_consumers_than_allowed_then_the_last_is_told_and_comes_in_once_another_goes() {
+    let domain = TestDomain::new();
+    let daemon = Daemon::start(&domain.configuration(TWO_CAMERAS));
+    let mut consumers: Vec<Follower> = Vec::new();
+    for _ in 0..MOST_CONSUMERS {
+        consumers.push(Follower::start(&domain, "front"));
+    }
+    for consumer in &consumers {
+        consumer.await_more(1);
+    }
+
+    let last = Follower::start(&domain, "front");
+    eventually("the last one is told", || {
+        last.complaints().contains("as many consumers as the daemon allows").then_some(())
+    });
+    assert_eq!(last.tally().poses, 0);
+    let leaving = consumers.swap_remove(0);
+    leaving.kill();
+    last.await_more(10);
+
+    for consumer in &consumers {
+        consumer.await_more(10);
+    }
+    daemon.signal(Signal::TERM);
+    assert_eq!(daemon.ended().0, Some(0));
 }

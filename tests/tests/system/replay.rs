@@ -1,11 +1,16 @@
 //! `lodestoned replay` on good recordings, and on streams with gaps.
 
 use std::fs;
+use std::io::Read;
+use std::process::Stdio;
 
 use glam::{DQuat, DVec3};
 use lodestone_client::Status;
 use lodestone_config::model::TrajectoryKind;
-use lodestone_tests::system::{PoseLine, Recorded, Replayed, compressed, replay};
+use lodestone_tests::system::{
+    PoseLine, Recorded, Replayed, compressed, eventually, lodestoned, replay,
+};
+use rustix::process::{Pid, Signal, kill_process};
 
 /// Replays rows of a recording.
 fn replayed(recorded: &Recorded) -> Replayed {
@@ -138,4 +143,21 @@ fn without_a_magnetometer_tilt_is_known_and_the_heading_is_not_claimed() {
         assert!(text.lines().skip(1).all(|row| row.split(',').nth(11) == Some("")));
         assert!(text.lines().skip(1).all(|row| row.split(',').nth(17) == Some("0")));
     }
+}
+
+#[test]
+fn given_a_signal_then_a_replay_says_that_its_poses_are_not_complete() {
+    let directory = tempfile::tempdir().unwrap();
+    let (file, out) = (directory.path().join("walk.csv"), directory.path().join("poses"));
+    Recorded::of(TrajectoryKind::Walk, 3, 60.0).write(&file);
+    let arguments = ["replay", "--speed", "1", "--out"];
+    let mut replay =
+        lodestoned().args(arguments).args([&out, &file]).stderr(Stdio::piped()).spawn().unwrap();
+    eventually("the replay begins", || out.join("walk.csv").exists().then_some(()));
+    kill_process(Pid::from_child(&replay), Signal::INT).unwrap();
+    let code = eventually("the replay ends", || replay.try_wait().unwrap()).code();
+    let mut log = String::new();
+    replay.stderr.take().unwrap().read_to_string(&mut log).unwrap();
+    assert_eq!(code, Some(1), "{log}");
+    assert!(log.contains("is not complete") && !log.contains("panicked"), "{log}");
 }

@@ -4,8 +4,9 @@ use std::process::{Command, Stdio};
 
 use iceoryx2::prelude::ServiceName;
 use lodestone_client::Domain;
+use lodestone_config::model::TrajectoryKind;
 use lodestone_tests::system::{
-    Daemon, Follower, TestDomain, lodestone, lodestoned, on_small_shm, said,
+    Daemon, Follower, Recorded, TestDomain, eventually, lodestone, lodestoned, on_small_shm, said,
 };
 use rustix::process::Signal;
 
@@ -95,6 +96,30 @@ fn on_two_threads_poses_come_as_well() {
     daemon.signal(Signal::TERM);
     let (code, log) = daemon.ended();
     assert_eq!(code, Some(0), "{log}");
+}
+
+#[test]
+fn given_a_recording_that_repeats_then_each_round_is_a_new_start_that_consumers_are_told_of() {
+    let domain = TestDomain::new();
+    Recorded::of(TrajectoryKind::Standing, 1, 4.0).write(&domain.directory().join("made.csv"));
+    let configuration = domain.configuration(
+        "[[camera]]\nname = \"recorded\"\ndriver = \"replay\"\n\
+         replay = { file = \"made.csv\", speed = 4.0, repeat = true }\n",
+    );
+    let daemon = Daemon::start(&configuration);
+    let follower = Follower::start(&domain, "recorded");
+
+    let pose = eventually("the third round begins", || {
+        let pose = follower.tally().latest;
+        (pose["reset_counter"].as_u64()? >= 2).then_some(pose)
+    });
+
+    // Host time goes on while the recording's runs back, and no round is a new daemon.
+    assert!(pose["sensor_time_ns"].as_i64() < pose["time_ns"].as_i64(), "{pose}");
+    assert_eq!(follower.tally().runs_after_first, 0);
+    assert_eq!(follower.stop(), Some(0));
+    daemon.signal(Signal::TERM);
+    assert_eq!(daemon.ended().0, Some(0));
 }
 
 #[test]
