@@ -1,6 +1,7 @@
 //! The peer: iceoryx2 alone, the same message at the same rate.
 
 use std::error::Error;
+use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use iceoryx2::prelude::ServiceName;
@@ -17,13 +18,26 @@ use crate::message::empty_pose;
 const STEP_NS: i64 = 2_500_000;
 const SECOND_NS: i64 = 1_000_000_000;
 
-/// A service with room for what a consumer may miss; nothing else is asked of it.
-fn service(watch: &Watch) -> Result<PublishSubscribe<Pose>, Box<dyn Error>> {
+/// Longest wait for the other side's service.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// A service with room for what a consumer may miss; nothing else is asked of it. The publisher
+/// creates it.
+fn service(watch: &Watch, create: bool) -> Result<PublishSubscribe<Pose>, Box<dyn Error>> {
     let node = watch.domain().open_node("bench-peer")?;
     let name = ServiceName::new("bench/peer")?;
-    let service = node.service_builder(&name).publish_subscribe::<Pose>();
-    let service = service.enable_safe_overflow(true).subscriber_max_buffer_size(512);
-    Ok(service.open_or_create()?)
+    let builder = || node.service_builder(&name).publish_subscribe::<Pose>();
+    if create {
+        let service = builder().enable_safe_overflow(true).subscriber_max_buffer_size(512);
+        return Ok(service.create()?);
+    }
+    let begin = Instant::now();
+    loop {
+        match builder().open() {
+            Err(_) if begin.elapsed() < PATIENCE => sleep(Duration::from_millis(10)),
+            done => return Ok(done?),
+        }
+    }
 }
 
 /// Publishes an empty pose every 2.5 ms, all stamps taken just before it is sent.
@@ -31,7 +45,7 @@ fn service(watch: &Watch) -> Result<PublishSubscribe<Pose>, Box<dyn Error>> {
 /// # Errors
 /// Whatever iceoryx2 says.
 pub fn publish(watch: &Watch) -> Result<(), Box<dyn Error>> {
-    let publisher = service(watch)?.publisher_builder().create()?;
+    let publisher = service(watch, true)?.publisher_builder().create()?;
     let (begin, mut due_ns) = (Instant::now(), monotonic_now_ns());
     let end = Duration::from_secs_f64(watch.settle_s + watch.measure_s);
     while begin.elapsed() < end {
@@ -55,7 +69,7 @@ pub fn publish(watch: &Watch) -> Result<(), Box<dyn Error>> {
 /// # Errors
 /// Whatever iceoryx2 says.
 pub fn subscribe(watch: &Watch) -> Result<(), Box<dyn Error>> {
-    let subscriber = service(watch)?.subscriber_builder().create()?;
+    let subscriber = service(watch, false)?.subscriber_builder().create()?;
     watch.report(|| {
         let mut newest = None;
         while let Some(sample) = subscriber.receive()? {
