@@ -1,6 +1,6 @@
 //! Latency from a sample's arrival to a consumer, stage by stage: see `lodestone_benches::latency`.
 //!
-//! `cargo bench -p lodestone-benches --bench latency [-- --rounds 3 --seconds 2]`
+//! `cargo bench -p lodestone-benches --bench latency [-- --rounds 3 --seconds 1]`
 
 use std::error::Error;
 
@@ -15,7 +15,7 @@ struct Args {
     #[arg(long, default_value_t = 3)]
     rounds: usize,
     /// Seconds each subject is measured in a round.
-    #[arg(long, default_value_t = 2.0)]
+    #[arg(long, default_value_t = 1.0)]
     seconds: f64,
     /// Given by `cargo bench`; without it (as in `cargo test`) nothing is measured.
     #[arg(long, hide = true)]

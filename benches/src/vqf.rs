@@ -18,9 +18,9 @@ pub struct VqfLane {
 impl Clone for VqfLane {
     fn clone(&self) -> Self {
         let c = self.filter.coeffs();
-        let params = Some(self.filter.params().clone());
+        let params = Some(*self.filter.params());
         let mut filter = VQF::new(c.gyr_ts, Some(c.acc_ts), Some(c.mag_ts), params);
-        *filter.state_mut() = self.filter.state().clone();
+        *filter.state_mut() = *self.filter.state();
         Self { conditioner: self.conditioner.clone(), filter }
     }
 }

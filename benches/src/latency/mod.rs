@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The daemon is `lodestoned` itself with one synthetic camera at 400 Hz. Two consumers in
-//! processes of their own look on: one polls without pause, one sleeps in
+//! processes of their own look on, one after the other: one polls without pause, one sleeps in
 //! [`PoseStream::wait`](lodestone_client::PoseStream::wait). The peer is a plain iceoryx2
 //! publisher of the same message at the same rate, without a lane, and a polling subscriber.
 

@@ -10,6 +10,7 @@ use lodestone_client::{Client, PoseStream, monotonic_now_ns};
 use lodestone_daemon::cli::{Cli, Command, RunArgs};
 use lodestone_daemon::commands::execute;
 use lodestone_schema::transport::Domain;
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
 use super::peer;
 use super::stages::Stages;
@@ -87,6 +88,8 @@ impl Watch {
 /// # Errors
 /// Whatever went wrong, for a person.
 pub fn play(role: &Role) -> Result<(), Box<dyn Error>> {
+    let publishes = matches!(role, Role::Daemon { .. } | Role::PeerPublisher(_));
+    keep_apart(publishes)?;
     match role {
         Role::Daemon { config, seconds } => daemon(config.clone(), *seconds),
         Role::Poll(watch) => poll(watch),
@@ -94,6 +97,23 @@ pub fn play(role: &Role) -> Result<(), Box<dyn Error>> {
         Role::PeerPublisher(watch) => peer::publish(watch),
         Role::PeerSubscriber(watch) => peer::subscribe(watch),
     }
+}
+
+/// The consumer has the last processor for itself, publishers all others: otherwise a publisher that
+/// wakes up would push the polling consumer aside, and the scheduler would be measured.
+fn keep_apart(publishes: bool) -> Result<(), Box<dyn Error>> {
+    let allowed = sched_getaffinity(None)?;
+    let mut processors: Vec<usize> =
+        (0..CpuSet::MAX_CPU).filter(|cpu| allowed.is_set(*cpu)).collect();
+    if processors.len() < 2 {
+        return Ok(());
+    }
+    let last = processors.split_off(processors.len() - 1);
+    let mut own = CpuSet::new();
+    for cpu in if publishes { processors } else { last } {
+        own.set(cpu);
+    }
+    Ok(sched_setaffinity(None, &own)?)
 }
 
 fn daemon(config: PathBuf, seconds: f64) -> Result<(), Box<dyn Error>> {

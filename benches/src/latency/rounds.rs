@@ -8,8 +8,10 @@ use super::role::CAMERA;
 use super::stages::Stages;
 use crate::domain::OwnDomain;
 
-/// Seconds before anything counts: alignment, and consumers that join.
+/// Seconds before anything counts: start, alignment, a consumer that joins.
 const SETTLE_S: f64 = 1.0;
+/// Seconds for a consumer to join and learn the rhythm.
+const JOIN_S: f64 = 0.3;
 
 /// Who is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,12 +51,14 @@ fn lane(threads: &'static str, measure_s: f64) -> Result<[Seen; 2], Box<dyn Erro
     let file = tempfile::Builder::new().suffix(".toml").tempfile()?;
     fs::write(file.path(), configuration(&own, threads))?;
     let path = file.path().to_string_lossy();
-    let mut daemon = Part::start(["daemon", &*path, &format!("{}", SETTLE_S + measure_s + 0.3)])?;
-    let poll = Part::watch("poll", &own, measure_s)?;
-    let wait = Part::watch("wait", &own, measure_s)?;
+    // The second consumer finds a lane that has settled, so it settles sooner.
+    let seconds = SETTLE_S + JOIN_S + 2.0 * measure_s + 0.3;
+    let mut daemon = Part::start(["daemon", &*path, &seconds.to_string()])?;
+    let poll = Part::watch("poll", &own, SETTLE_S, measure_s)?.finish()?;
+    let wait = Part::watch("wait", &own, JOIN_S, measure_s)?.finish()?;
     let seen = [
-        Seen { subject: Subject::Poll(threads), stages: poll.finish()? },
-        Seen { subject: Subject::Wait(threads), stages: wait.finish()? },
+        Seen { subject: Subject::Poll(threads), stages: poll },
+        Seen { subject: Subject::Wait(threads), stages: wait },
     ];
     daemon.expect_success()?;
     Ok(seen)
@@ -62,8 +66,8 @@ fn lane(threads: &'static str, measure_s: f64) -> Result<[Seen; 2], Box<dyn Erro
 
 fn peer(measure_s: f64) -> Result<Seen, Box<dyn Error>> {
     let own = OwnDomain::new("peer")?;
-    let mut publisher = Part::watch("peer-publisher", &own, measure_s)?;
-    let stages = Part::watch("peer-subscriber", &own, measure_s)?.finish()?;
+    let mut publisher = Part::watch("peer-publisher", &own, JOIN_S, measure_s + 0.3)?;
+    let stages = Part::watch("peer-subscriber", &own, JOIN_S, measure_s)?.finish()?;
     publisher.expect_success()?;
     Ok(Seen { subject: Subject::Peer, stages })
 }
@@ -91,8 +95,13 @@ impl Part {
         Ok(Self(command.spawn()?))
     }
 
-    fn watch(role: &str, own: &OwnDomain, measure_s: f64) -> Result<Self, Box<dyn Error>> {
-        let (settle, measure) = (SETTLE_S.to_string(), measure_s.to_string());
+    fn watch(
+        role: &str,
+        own: &OwnDomain,
+        settle_s: f64,
+        measure_s: f64,
+    ) -> Result<Self, Box<dyn Error>> {
+        let (settle, measure) = (settle_s.to_string(), measure_s.to_string());
         let domain = own.domain();
         Self::start([role, &domain.prefix, &domain.root, &settle, &measure])
     }
