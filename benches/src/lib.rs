@@ -9,5 +9,9 @@
 //!
 //! Times on a shared machine are noisy: trust ratios within one run and instruction counts.
 
+pub mod domain;
+pub mod latency;
+pub mod ledger;
+pub mod message;
 pub mod readings;
 pub mod vqf;

@@ -15,6 +15,16 @@ pub struct VqfLane {
     filter: VQF,
 }
 
+impl Clone for VqfLane {
+    fn clone(&self) -> Self {
+        let c = self.filter.coeffs();
+        let params = Some(*self.filter.params());
+        let mut filter = VQF::new(c.gyr_ts, Some(c.acc_ts), Some(c.mag_ts), params);
+        *filter.state_mut() = *self.filter.state();
+        Self { conditioner: self.conditioner.clone(), filter }
+    }
+}
+
 impl VqfLane {
     /// A filter with VQF's default parameters at the load's rates.
     pub fn new(load: &Load) -> Self {

@@ -99,7 +99,9 @@ proptest! {
         let (a, b) = (DMat3::from_cols_array(&a), DMat3::from_cols_array(&b));
         let mut at_once = Covariance::ZERO;
         (0..STATES).for_each(|i| at_once.add_variance(i, 1.0));
-        before.iter().for_each(|operation| apply(&mut at_once, operation));
+        for operation in &before {
+            apply(&mut at_once, operation);
+        }
         let mut in_turn = at_once;
         at_once.shear_alike([VELOCITY, LEAKY_VELOCITY], [(a, ORIENTATION), (b, ACCEL_BIAS)]);
         for target in [VELOCITY, LEAKY_VELOCITY] {
