@@ -54,7 +54,8 @@ impl Load {
             && driver.poll(Duration::ZERO, &mut readings) != SourceState::Ended
         {}
         readings.truncate(count);
-        let settings = LaneSettings::new(&Config::default(), 0, camera, None, rate_hz);
+        let settings = LaneSettings::new(&Config::default(), 0, camera, None, rate_hz)
+            .expect("magnetic north needs no model");
         Self { readings, rate_hz, settings }
     }
 }

@@ -3,7 +3,7 @@
 use core::time::Duration;
 
 use lodestone_schema::{
-    HeadingSource, Health, LaneState, PositionSource, ServiceKind, Status, Validity,
+    AlignmentWait, HeadingSource, Health, LaneState, PositionSource, ServiceKind, Status, Validity,
 };
 
 use crate::error::MessageError;
@@ -30,6 +30,7 @@ pub struct LaneHealth {
     state: LaneState,
     heading_source: HeadingSource,
     position_source: PositionSource,
+    alignment_wait: AlignmentWait,
 }
 
 impl TryFrom<Health> for LaneHealth {
@@ -43,7 +44,9 @@ impl TryFrom<Health> for LaneHealth {
             .ok_or_else(|| unknown("heading_source", message.heading_source))?;
         let position_source = PositionSource::from_code(message.position_source)
             .ok_or_else(|| unknown("position_source", message.position_source))?;
-        Ok(Self { message, state, heading_source, position_source })
+        let alignment_wait = AlignmentWait::from_code(message.alignment_wait)
+            .ok_or_else(|| unknown("alignment_wait", message.alignment_wait))?;
+        Ok(Self { message, state, heading_source, position_source, alignment_wait })
     }
 }
 
@@ -80,6 +83,11 @@ impl LaneHealth {
     /// What the lane is doing.
     pub const fn state(&self) -> LaneState {
         self.state
+    }
+
+    /// Why a lane that aligns has no pose yet.
+    pub const fn alignment_wait(&self) -> AlignmentWait {
+        self.alignment_wait
     }
 
     /// What the lane says about its latest pose.

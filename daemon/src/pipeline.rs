@@ -44,7 +44,8 @@ fn run(context: &LaneContext, source: Source, ready: Ready) -> Result<(), LaneFa
         camera,
         calibration.as_ref(),
         info.nominal_rate_hz,
-    );
+    )
+    .map_err(LaneFailure::of)?;
     let publisher = LanePublisher::open(&context.domain, &config.shared_memory, &camera.name)
         .map_err(LaneFailure::of)?;
     let board = Arc::clone(&context.board);

@@ -24,6 +24,40 @@ code! {
     }
 }
 
+code! {
+    /// Why the initial alignment is not done.
+    AlignmentWait {
+        /// It is done, or there are no samples.
+        None = 0,
+        /// Not enough samples at rest yet.
+        Collecting = 1,
+        /// The camera turns.
+        Turning = 2,
+        /// The camera shakes.
+        Shaking = 3,
+        /// The specific force is not gravity.
+        NotGravity = 4,
+        /// The camera turns steadily, or the gyroscope's bias is beyond belief.
+        SteadyTurn = 5,
+    }
+}
+
+impl AlignmentWait {
+    /// What a person should know or do.
+    pub const fn advice(self) -> &'static str {
+        match self {
+            Self::None => "",
+            Self::Collecting => "collecting samples at rest",
+            Self::Turning => "the camera turns: hold it still",
+            Self::Shaking => "the camera shakes: hold it still",
+            Self::NotGravity => {
+                "the specific force is not gravity: check accelerometer and axis map"
+            }
+            Self::SteadyTurn => "the camera turns steadily: hold it still",
+        }
+    }
+}
+
 /// State and counters of one lane, published about once a second by the housekeeping thread.
 ///
 /// Counters start at 0 with the daemon and never decrease.
@@ -55,8 +89,10 @@ pub struct Health {
     pub heading_source: u8,
     /// Code of [`crate::PositionSource`] of the latest pose.
     pub position_source: u8,
+    /// Code of [`AlignmentWait`]: why a lane that aligns has no pose yet.
+    pub alignment_wait: u8,
     /// Zero.
-    pub reserved: [u8; 9],
+    pub reserved: [u8; 8],
     /// Samples per second over the last interval; `NaN` before the first.
     pub sample_rate_hz: f64,
     /// Poses per second over the last interval; `NaN` before the first.
@@ -112,7 +148,8 @@ assert_layout!(
     state = 52,
     heading_source = 53,
     position_source = 54,
-    reserved = 55,
+    alignment_wait = 55,
+    reserved = 56,
     sample_rate_hz = 64,
     pose_rate_hz = 72,
     latency_p50_s = 80,

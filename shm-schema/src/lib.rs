@@ -31,7 +31,7 @@ pub mod transport;
 
 pub use aiding::{Aiding, AidingKind};
 pub use flags::{HeadingSource, PositionSource, SampleFlags, Status, Validity};
-pub use health::{Health, LaneState};
+pub use health::{AlignmentWait, Health, LaneState};
 pub use pose::Pose;
 pub use sample::CalibratedSample;
 pub use service::{

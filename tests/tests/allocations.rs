@@ -59,7 +59,8 @@ impl<P: Publish> Lane<P> {
     fn new(camera: &Camera, driver: impl Driver + 'static, publisher: P) -> Self {
         let config = Config::default();
         let rate_hz = driver.info().nominal_rate_hz;
-        let settings = LaneSettings::new(&config, 0, camera, None, rate_hz);
+        let settings = LaneSettings::new(&config, 0, camera, None, rate_hz)
+            .expect("magnetic north needs no model");
         let board = Arc::new(LaneBoard::new());
         let offset = UnixOffset::sampled();
         let worker = Worker::new(settings, publisher, Arc::clone(&board), offset, 1.0);

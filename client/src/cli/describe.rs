@@ -3,7 +3,7 @@
 use core::fmt::Debug;
 
 use bitflags::Flags;
-use lodestone_client::{LaneHealth, LaneState, Status};
+use lodestone_client::{AlignmentWait, LaneHealth, LaneState, Status};
 
 /// The names of the bits set, in lower case.
 pub(super) fn bits(flags: impl Flags + Copy) -> Vec<String> {
@@ -40,6 +40,10 @@ pub(super) fn problems(health: Option<&LaneHealth>, status: Status) -> Vec<Strin
 }
 
 fn state_problem(health: &LaneHealth) -> Option<&'static str> {
+    let wait = health.alignment_wait();
+    if health.state() == LaneState::Aligning && wait != AlignmentWait::None {
+        return Some(wait.advice());
+    }
     match health.state() {
         LaneState::Searching => Some("the device is being looked for"),
         LaneState::Aligning => Some("the initial alignment waits for rest"),

@@ -14,6 +14,7 @@ use lodestone_schema::Status;
 
 use crate::cli::ReplayArgs;
 use crate::driver::replay::{ReplayDriver, ReplayError};
+use crate::driver::synthetic::FieldError;
 use crate::driver::{Driver, SourceState};
 use crate::lane::{Core, CoreCounts, LaneSettings, Phase, StepOutput, pose_row, status_of};
 use crate::poses_csv::{PosesError, PosesWriter};
@@ -51,6 +52,9 @@ pub enum ReplayCommandError {
         /// What is wrong.
         what: String,
     },
+    /// True north is not known.
+    #[error(transparent)]
+    Field(#[from] FieldError),
     /// Poses cannot be written.
     #[error(transparent)]
     Write(#[from] PosesError),
@@ -181,7 +185,8 @@ impl Lane {
         let camera = recorded_camera(loaded);
         let calibration = loaded.calibration(&camera)?;
         let rate_hz = driver.info().nominal_rate_hz;
-        let settings = LaneSettings::new(&loaded.config, 0, &camera, calibration.as_ref(), rate_hz);
+        let settings =
+            LaneSettings::new(&loaded.config, 0, &camera, calibration.as_ref(), rate_hz)?;
         let (core, writer) = (Core::new(&settings), PosesWriter::create(poses)?);
         Ok(Self { core, settings, writer, status: Status::empty(), has_magnetometer: false })
     }

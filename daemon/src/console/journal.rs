@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use lodestone_schema::{LaneState, Status};
+use lodestone_schema::{AlignmentWait, LaneState, Status};
 use tracing::{info, warn};
 
 use super::table::{heading, micros, number, position, state_word};
@@ -15,7 +15,7 @@ const INTERVAL: Duration = Duration::from_secs(10);
 #[derive(Debug, Default)]
 pub struct Journal {
     last: Option<Instant>,
-    states: Vec<LaneState>,
+    states: Vec<(LaneState, AlignmentWait)>,
 }
 
 impl Journal {
@@ -35,16 +35,18 @@ impl Journal {
 
     fn note_change(&mut self, index: usize, view: &LaneView) {
         let known = self.states.get(index).copied();
-        if known == Some(view.state) {
+        let now = (view.state, view.alignment_wait);
+        if known == Some(now) {
             return;
         }
         match known {
-            Some(_) => self.states[index] = view.state,
-            None => self.states.push(view.state),
+            Some(_) => self.states[index] = now,
+            None => self.states.push(now),
         }
         let (name, word) = (&view.name, state_word(view.state));
         match view.state {
             LaneState::Lost | LaneState::Degraded => warn!("{name}: {word}"),
+            LaneState::Aligning => info!("{name}: {word}: {}", view.alignment_wait.advice()),
             _ => info!("{name}: {word}"),
         }
     }

@@ -2,12 +2,13 @@
 
 use glam::{DMat3, DVec3};
 use lodestone_config::model::ValidityBounds;
-use lodestone_fusion::{Estimate, HeadingOrigin, ImuSample, SensorTime};
+use lodestone_fusion::{Estimate, HeadingOrigin, ImuSample, SensorTime, Waiting};
 use lodestone_schema::{
-    CalibratedSample, HeadingSource, Pose, PositionSource, SampleFlags, Status, Validity,
+    AlignmentWait, CalibratedSample, HeadingSource, Pose, PositionSource, SampleFlags, Status,
+    Validity,
 };
 
-use super::StepOutput;
+use super::{Phase, StepOutput};
 use crate::poses_csv::PoseRow;
 
 /// Variance of an angle of which nothing is known, rad²: that of a uniform one over a whole turn.
@@ -27,6 +28,18 @@ pub fn status_of(step: &StepOutput, calibrated: bool) -> Status {
         status.set(Status::GIMBAL_LOCK, estimate.orientation.is_gimbal_locked());
     }
     status
+}
+
+/// Why there is no pose yet.
+pub(super) const fn wait_of(phase: Phase) -> AlignmentWait {
+    match phase {
+        Phase::Running => AlignmentWait::None,
+        Phase::Aligning(Waiting::Collecting) => AlignmentWait::Collecting,
+        Phase::Aligning(Waiting::Turning(_)) => AlignmentWait::Turning,
+        Phase::Aligning(Waiting::Shaking(_)) => AlignmentWait::Shaking,
+        Phase::Aligning(Waiting::NotGravity(_)) => AlignmentWait::NotGravity,
+        Phase::Aligning(Waiting::ConstantTurn(_)) => AlignmentWait::SteadyTurn,
+    }
 }
 
 /// The validity bits of an estimate: a value is valid while its standard deviation is within its

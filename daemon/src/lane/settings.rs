@@ -3,10 +3,13 @@
 use std::time::Duration;
 
 use lodestone_config::Calibration;
-use lodestone_config::model::{Camera, Config, HeadingMode as Mode, Noise, ValidityBounds};
+use lodestone_config::model::{
+    Camera, Config, HeadingMode as Mode, Noise, North, ValidityBounds, World,
+};
 use lodestone_fusion::{GridParameters, HeadingMode, Parameters, SensorNoise, SensorSpan};
 
 use super::Conditioner;
+use crate::driver::synthetic::{EarthField, FieldError};
 
 /// How a lane reacts to silence and gaps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,16 +41,20 @@ pub struct LaneSettings {
 
 impl LaneSettings {
     /// The settings of one camera whose source delivers samples at a nominal rate.
+    ///
+    /// # Errors
+    /// [`FieldError`] where true north is asked for and the World Magnetic Model does not cover the
+    /// place or the date.
     pub fn new(
         config: &Config,
         camera_id: usize,
         camera: &Camera,
         calibration: Option<&Calibration>,
         nominal_rate_hz: f64,
-    ) -> Self {
+    ) -> Result<Self, FieldError> {
         let lane = &config.lane;
         let step_rate_hz = lane.step_rate_hz.unwrap_or(nominal_rate_hz);
-        Self {
+        Ok(Self {
             camera_id: camera_id as u32,
             camera: camera.name.clone(),
             conditioner: Conditioner::new(camera.axes(), calibration),
@@ -56,19 +63,20 @@ impl LaneSettings {
                 bridge_limit: SensorSpan::from_secs_f64(lane.bridge_limit_s),
                 ..GridParameters::at_rate(step_rate_hz)
             },
-            estimator: parameters_of(config, camera),
+            estimator: parameters_of(config, camera)?,
             validity: config.estimator.validity,
             timing: Timing {
                 stale_after: Duration::from_secs_f64(lane.stale_after_s),
                 reset_after: SensorSpan::from_secs_f64(lane.reset_after_s),
             },
-        }
+        })
     }
 }
 
-fn parameters_of(config: &Config, camera: &Camera) -> Parameters {
+fn parameters_of(config: &Config, camera: &Camera) -> Result<Parameters, FieldError> {
     let defaults = Parameters::default();
-    Parameters {
+    Ok(Parameters {
+        field_bearing_rad: field_bearing_rad(&config.world)?,
         noise: noise_of(camera.noise.unwrap_or_else(|| camera.model.noise()), defaults.noise),
         heading: match config.estimator.heading {
             Mode::Continuous => HeadingMode::Continuous,
@@ -80,6 +88,14 @@ fn parameters_of(config: &Config, camera: &Camera) -> Parameters {
             ..defaults.alignment
         },
         ..defaults
+    })
+}
+
+/// Where the horizontal field points, from the north that the world has.
+fn field_bearing_rad(world: &World) -> Result<f64, FieldError> {
+    match world.north {
+        North::Magnetic => Ok(0.0),
+        North::True => EarthField::of(world).map(|field| field.declination_rad),
     }
 }
 

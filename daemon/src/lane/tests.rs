@@ -21,7 +21,7 @@ const INTERVAL_MS: i64 = 10;
 
 fn settings() -> LaneSettings {
     let camera = Camera { axis_map: Some(AxisMap::IDENTITY), ..Camera::default() };
-    LaneSettings::new(&Config::default(), 0, &camera, None, 100.0)
+    LaneSettings::new(&Config::default(), 0, &camera, None, 100.0).unwrap()
 }
 
 /// A level sensor at rest.

@@ -6,7 +6,7 @@ use lodestone_fusion::SensorTime;
 use lodestone_schema::{CalibratedSample, LaneState, Pose, Status, Validity};
 
 use super::core::{Core, Phase, StepOutput};
-use super::message::{fill_pose, sample_message};
+use super::message::{fill_pose, sample_message, wait_of};
 use super::settings::LaneSettings;
 use crate::clock::{SensorClock, UnixOffset};
 use crate::driver::SourceState;
@@ -197,6 +197,7 @@ impl<P: Publish> Outlet<P> {
 
     fn report_state(&mut self, core: &Core) {
         self.pose.reset_counter = core.counts().resets;
+        self.board.set_alignment_wait(wait_of(core.phase()));
         self.board.set_state(match core.phase() {
             Phase::Aligning(_) => LaneState::Aligning,
             Phase::Running if core.is_degraded() => LaneState::Degraded,

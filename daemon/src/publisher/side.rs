@@ -3,7 +3,7 @@
 use iceoryx2::node::Node;
 use iceoryx2::prelude::ipc;
 use lodestone_config::model::SharedMemory;
-use lodestone_schema::{Health, LaneState, Pose, ServiceKind};
+use lodestone_schema::{AlignmentWait, Health, LaneState, Pose, ServiceKind};
 
 use super::lane::blank_pose;
 use super::port::{Port, PublisherError};
@@ -78,7 +78,8 @@ pub(crate) const fn blank_health() -> Health {
         state: LaneState::Searching.code(),
         heading_source: 0,
         position_source: 0,
-        reserved: [0; 9],
+        alignment_wait: AlignmentWait::None.code(),
+        reserved: [0; 8],
         sample_rate_hz: f64::NAN,
         pose_rate_hz: f64::NAN,
         latency_p50_s: f64::NAN,

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use lodestone_config::model::Config;
-use lodestone_schema::{Health, LaneState};
+use lodestone_schema::{AlignmentWait, Health, LaneState};
 
 use crate::publisher::blank_health;
 use crate::reading::HostTime;
@@ -25,6 +25,8 @@ pub struct LaneView {
     pub name: String,
     /// What the lane is doing now.
     pub state: LaneState,
+    /// Why it has no pose yet.
+    pub alignment_wait: AlignmentWait,
     /// Rates, latencies and counters of the last whole interval.
     pub health: Health,
     /// The latest pose.
@@ -91,6 +93,7 @@ impl LaneMonitor {
         LaneView {
             name: self.name.clone(),
             state: self.board.state(),
+            alignment_wait: self.board.alignment_wait(),
             health: self.health,
             status: self.board.latest.read(),
         }
@@ -101,6 +104,7 @@ impl LaneMonitor {
         let health = &mut self.health;
         health.time_ns = now.as_nanos();
         health.state = self.board.state().code();
+        health.alignment_wait = self.board.alignment_wait().code();
         health.status = latest.status.bits();
         health.validity = latest.validity.bits();
         health.heading_source = latest.heading_source;

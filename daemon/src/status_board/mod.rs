@@ -11,7 +11,7 @@ mod status;
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use lodestone_schema::LaneState;
+use lodestone_schema::{AlignmentWait, LaneState};
 
 pub use counter::{Counter, CounterValues, LaneCounters};
 pub use histogram::{Histogram, LatencySummary};
@@ -32,6 +32,7 @@ pub struct LaneBoard {
     /// The latest pose and sensor readings.
     pub latest: Latest,
     state: AtomicU8,
+    alignment_wait: AtomicU8,
 }
 
 impl LaneBoard {
@@ -53,6 +54,17 @@ impl LaneBoard {
     /// What the lane is doing.
     pub fn state(&self) -> LaneState {
         LaneState::from_code(self.state.load(Ordering::Relaxed)).unwrap_or(LaneState::Searching)
+    }
+
+    /// Why the alignment is not done.
+    pub fn alignment_wait(&self) -> AlignmentWait {
+        let code = self.alignment_wait.load(Ordering::Relaxed);
+        AlignmentWait::from_code(code).unwrap_or(AlignmentWait::None)
+    }
+
+    /// Says why the alignment is not done.
+    pub fn set_alignment_wait(&self, wait: AlignmentWait) {
+        self.alignment_wait.store(wait.code(), Ordering::Relaxed);
     }
 
     /// Says what the lane is doing.
