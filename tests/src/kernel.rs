@@ -68,10 +68,24 @@ impl Kernel {
         unpack(&self.compressed, &kernel)?;
         let initramfs = directory.path().join("initramfs");
         std::fs::write(&initramfs, archive_of(program)?)?;
-        let mut running = Running::start(&kernel, &initramfs, directory.path())?;
-        running.wait(limit)
+        let boot = || Running::start(&kernel, &initramfs, directory.path())?.wait(limit);
+        let mut output = boot()?;
+        for _ in 1..BOOTS {
+            if !output.console.contains(INIT_IS_BUSY) {
+                break;
+            }
+            output = boot()?;
+        }
+        Ok(output)
     }
 }
+
+/// The kernel closes the files of its initramfs a little after it has unpacked them. Now and then
+/// /init is still open for writing (ETXTBSY) when it is to run; then only another boot helps.
+const INIT_IS_BUSY: &str = "Failed to execute /init (error -26)";
+
+/// Most boots until /init runs.
+const BOOTS: u32 = 5;
 
 fn unpack(compressed: &Path, to: &Path) -> io::Result<()> {
     let status = Command::new("xz")
