@@ -42,9 +42,9 @@ fn main() {
 fn whole(criterion: &mut Criterion, ledger: &Ledger, load: &Load) {
     let (before, stretch) = load.readings.split_at(BEFORE);
     let mut core = Core::new(&load.settings);
-    before.iter().for_each(|reading| {
+    for reading in before {
         core.take(reading, |_| {});
-    });
+    }
     let over = |bencher: &mut Bencher<'_>, name: &str| {
         per_sample(bencher, ledger, name, stretch, &core, |core, reading: &Reading| {
             core.take(reading, |step| {
@@ -55,9 +55,9 @@ fn whole(criterion: &mut Criterion, ledger: &Ledger, load: &Load) {
     criterion.bench_function("lane core", |b| over(b, "lane core"));
 
     let mut peer = VqfLane::new(load);
-    before.iter().for_each(|reading| {
+    for reading in before {
         peer.take(reading);
-    });
+    }
     criterion.bench_function(PEER, |b| {
         per_sample(b, ledger, PEER, stretch, &peer, |peer, reading| {
             black_box(peer.take(reading));
@@ -87,7 +87,9 @@ fn parts(criterion: &mut Criterion, ledger: &Ledger, load: &Load) {
 
     let mut steps = Vec::new();
     let mut stretched = grid;
-    stretch.iter().for_each(|s| on_steps(&mut stretched, s, |step| steps.push(*step)));
+    for s in stretch {
+        on_steps(&mut stretched, s, |step| steps.push(*step));
+    }
     let of = |mag: fn(&Step) -> Option<Mag<_>>| -> Vec<Step> {
         steps.iter().map(|step| Step { mag: mag(step), ..*step }).collect()
     };

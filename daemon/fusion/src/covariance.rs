@@ -95,10 +95,9 @@ impl Covariance {
     pub fn rotate(&mut self, block: Block, m: DMat3) {
         let rows = [self.rows[block.0], self.rows[block.0 + 1], self.rows[block.0 + 2]];
         for r in 0..3 {
-            for k in 0..STATES {
-                self.rows[block.0 + r][k] =
-                    m.x_axis[r] * rows[0][k] + m.y_axis[r] * rows[1][k] + m.z_axis[r] * rows[2][k];
-            }
+            let (a, b, c) = (m.x_axis[r], m.y_axis[r], m.z_axis[r]);
+            self.rows[block.0 + r] =
+                core::array::from_fn(|k| a * rows[0][k] + b * rows[1][k] + c * rows[2][k]);
         }
         let own = self.block(block, block) * m.transpose();
         let own = (own + own.transpose()) * 0.5;

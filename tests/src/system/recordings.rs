@@ -5,9 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use glam::{DQuat, DVec3};
-use lodestone_config::model::{
-    AxisMap, Camera, DriverKind, SignedAxis, Synthetic, TrajectoryKind, World,
-};
+use lodestone_config::model::{AxisMap, Camera, DriverKind, Synthetic, TrajectoryKind, World};
 use lodestone_daemon::driver::synthetic::SyntheticDriver;
 use lodestone_daemon::driver::{Driver, SourceState};
 use lodestone_daemon::reading::Reading;
@@ -39,7 +37,7 @@ pub fn synthetic_camera(trajectory: TrajectoryKind, seed: u64, duration_s: f64) 
     Camera {
         name: "front".into(),
         driver: DriverKind::Synthetic,
-        axis_map: AxisMap([SignedAxis::PlusX, SignedAxis::PlusY, SignedAxis::PlusZ]),
+        axis_map: Some(AxisMap::IDENTITY),
         synthetic: Some(Synthetic {
             trajectory,
             seed,

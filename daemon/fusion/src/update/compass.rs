@@ -237,7 +237,7 @@ impl Compass {
             HeadingMode::Adaptive => (self.smooth_mismatch_ut, self.change_ut(blur_ut, p)),
             HeadingMode::Continuous | HeadingMode::InitialOnly => (0.0, 0.0),
         };
-        self.renew_deviation(state, &moved, change_ut, believed_ut / libm::sqrt(horizontal_ut2), p);
+        renew_deviation(state, &moved, change_ut, believed_ut / libm::sqrt(horizontal_ut2), p);
         self.follow(field, p);
 
         let jitter_ut = moved.rate_rad_s() * p.timing_sigma_s * reference.norm_ut;
@@ -270,31 +270,6 @@ impl Compass {
         change_ut
     }
 
-    /// Lets the deviation become another one, as far as there is reason to: the camera turned, went
-    /// on, time passed, or strength and dip changed.
-    ///
-    /// A deviation that is renewed is drawn towards zero with the variance that the present field
-    /// deserves: what a usual room does, and what is off in the two directions that can be seen.
-    fn renew_deviation(
-        &self,
-        state: &mut State,
-        moved: &Moved,
-        change_ut: f64,
-        mismatch_rad: f64,
-        p: &CompassParameters,
-    ) {
-        let renewed = moved.way_m / p.deviation_way_m
-            + moved.turn_rad / p.deviation_turn_rad
-            + moved.time_s / p.deviation_time_s
-            + change_ut / p.change_ut;
-        let usual = p.deviation_sigma_rad * p.deviation_sigma_rad;
-        let by_mismatch = p.mismatch_weight * mismatch_rad * mismatch_rad;
-        let kept = libm::exp(-renewed);
-        state.covariance.scale(DEVIATION, 1, kept);
-        state.covariance.add_variance(DEVIATION, (usual + by_mismatch) * (1.0 - kept * kept));
-        state.deviation *= kept;
-    }
-
     /// Smooths the field and its mismatch, and decides, with hysteresis, whether it is disturbed.
     fn smoothen(&mut self, field: DVec3, mismatch_ut: f64, p: &CompassParameters) {
         let share = (p.interval_s / p.mismatch_time_constant_s).min(1.0);
@@ -313,6 +288,30 @@ impl Compass {
             reference.follow(field, (p.interval_s / p.reference_time_constant_s).min(1.0));
         }
     }
+}
+
+/// Lets the deviation become another one, as far as there is reason to: the camera turned, went
+/// on, time passed, or strength and dip changed.
+///
+/// A deviation that is renewed is drawn towards zero with the variance that the present field
+/// deserves: what a usual room does, and what is off in the two directions that can be seen.
+fn renew_deviation(
+    state: &mut State,
+    moved: &Moved,
+    change_ut: f64,
+    mismatch_rad: f64,
+    p: &CompassParameters,
+) {
+    let renewed = moved.way_m / p.deviation_way_m
+        + moved.turn_rad / p.deviation_turn_rad
+        + moved.time_s / p.deviation_time_s
+        + change_ut / p.change_ut;
+    let usual = p.deviation_sigma_rad * p.deviation_sigma_rad;
+    let by_mismatch = p.mismatch_weight * mismatch_rad * mismatch_rad;
+    let kept = libm::exp(-renewed);
+    state.covariance.scale(DEVIATION, 1, kept);
+    state.covariance.add_variance(DEVIATION, (usual + by_mismatch) * (1.0 - kept * kept));
+    state.deviation *= kept;
 }
 
 /// Applies a heading residual to what it is allowed to teach: heading, deviation, delay and
