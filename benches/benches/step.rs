@@ -166,7 +166,9 @@ fn per_sample<S: Clone, T>(
         for _ in 0..stretches {
             let mut subject = black_box(start.clone());
             let begin = Instant::now();
-            stretch.iter().for_each(|item| take(&mut subject, black_box(item)));
+            for item in stretch {
+                take(&mut subject, black_box(item));
+            }
             total += begin.elapsed();
         }
         let taken = stretches * stretch.len() as u64;

@@ -158,11 +158,13 @@ const fn field(status: &LaneStatus) -> &'static str {
 mod tests {
     use super::*;
     use crate::publisher::blank_health;
+    use lodestone_schema::AlignmentWait;
 
     fn view(name: &str) -> LaneView {
         LaneView {
             name: name.into(),
             state: LaneState::Searching,
+            alignment_wait: AlignmentWait::None,
             health: blank_health(),
             status: LaneStatus::default(),
         }

@@ -123,6 +123,10 @@ impl Core {
             self.counts.resets += u32::from(report.world_turned);
             self.phase = report.waiting.map_or(Phase::Running, Phase::Aligning);
             let estimate = self.estimator.estimate();
+            if report.waiting.is_none() && estimate.is_none() {
+                // A state that is not finite has no way back.
+                self.reset();
+            }
             self.degraded = self.degraded && !estimate.as_ref().is_some_and(recovered);
             on_step(&StepOutput {
                 time: step.time,
