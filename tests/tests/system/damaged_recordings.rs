@@ -137,10 +137,10 @@ fn files_and_directories_that_cannot_be_used_are_named() {
     assert_eq!(below_file.code, Some(1), "{}", below_file.log);
     assert!(below_file.log.contains("cannot make the directory"), "{}", below_file.log);
     let onto_itself = replay(&file, directory.path(), &[]);
-    assert_eq!(onto_itself.code, Some(1), "{}", onto_itself.log);
+    assert_eq!(onto_itself.code, Some(2), "{}", onto_itself.log);
     assert_eq!(fs::read_to_string(&file).unwrap(), standing().csv(), "the recording has changed");
     let twice = lodestoned().args(["replay", "--out"]).args([&out, &file, &file]).output().unwrap();
-    assert_eq!(twice.status.code(), Some(1), "{}", said(&twice));
+    assert_eq!(twice.status.code(), Some(2), "{}", said(&twice));
 }
 
 #[test]
