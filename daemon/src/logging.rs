@@ -5,8 +5,9 @@ use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use iceoryx2::prelude::{LogLevel, set_log_level_from_env_or};
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::fmt::MakeWriter;
+use tracing_subscriber::prelude::*;
 
 /// What is logged when neither `--log` nor `RUST_LOG` says otherwise.
 pub const DEFAULT_FILTER: &str = "info";
@@ -108,25 +109,25 @@ pub fn init(filter: Option<&str>, lines: Option<&LogLines>) -> Result<(), Loggin
     set_log_level_from_env_or(LogLevel::Warn);
     let colour = lines.is_some() || rustix::termios::isatty(rustix::stdio::stderr());
     let builder = tracing_subscriber::fmt()
-        .with_env_filter(filter)
+        .with_max_level(LevelFilter::TRACE)
         .with_target(false)
         .with_ansi(colour && std::env::var_os("NO_COLOR").is_none());
     // A second call in one process keeps the first logger.
     let _ = match lines {
-        Some(lines) => builder.with_writer(lines.clone()).try_init(),
-        None => builder.with_writer(io::stderr).try_init(),
+        Some(lines) => builder.with_writer(lines.clone()).finish().with(filter).try_init(),
+        None => builder.with_writer(io::stderr).finish().with(filter).try_init(),
     };
     Ok(())
 }
 
-fn choose_filter(option: Option<&str>) -> Result<EnvFilter, LoggingError> {
+fn choose_filter(option: Option<&str>) -> Result<Targets, LoggingError> {
     let environment = std::env::var("RUST_LOG").ok().filter(|text| !text.is_empty());
     let (filter, origin) = match (option, &environment) {
         (Some(text), _) => (text, "--log"),
         (None, Some(text)) => (text.as_str(), "RUST_LOG"),
         (None, None) => (DEFAULT_FILTER, "default"),
     };
-    EnvFilter::try_new(filter).map_err(|e| LoggingError::Filter {
+    filter.parse::<Targets>().map_err(|e| LoggingError::Filter {
         filter: filter.into(),
         origin,
         what: e.to_string(),

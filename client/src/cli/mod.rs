@@ -19,7 +19,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use iceoryx2::prelude::{LogLevel, set_log_level};
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::prelude::*;
 
 use args::{Args, Command};
 use failure::Failure;
@@ -57,6 +58,8 @@ fn log_to_stderr(verbose: bool) {
         return;
     }
     set_log_level(LogLevel::Debug);
-    let filter = EnvFilter::try_from_env("LODESTONE_LOG").unwrap_or_else(|_| "debug".into());
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let asked = std::env::var("LODESTONE_LOG").ok().and_then(|text| text.parse().ok());
+    let filter = asked.unwrap_or_else(|| Targets::new().with_default(LevelFilter::DEBUG));
+    let lines = tracing_subscriber::fmt().with_max_level(LevelFilter::TRACE);
+    lines.with_writer(std::io::stderr).finish().with(filter).init();
 }
