@@ -164,8 +164,8 @@ const SHARED_MEMORY: &[Key] = &[
         "wake_events",
         Switch,
         "",
-        "Raise an iceoryx2 event with every pose, for consumers that want a wake-up. It costs \
-         the lane tens of microseconds a step.",
+        "Raise an iceoryx2 event with every pose, for consumers that want a wake-up. A thread \
+         beside the lanes raises it; the lane does not wait.",
     ),
     key("publish_samples", Switch, "", "Publish calibrated sensor samples beside the poses."),
 ];
