@@ -22,6 +22,7 @@ mod clock;
 mod field;
 mod jet;
 mod kinematics;
+mod machines;
 mod pace;
 mod random;
 mod sensor;
@@ -48,6 +49,7 @@ use super::{BATCH, Driver, DriverCounters, DriverInfo, Sink, SourceState};
 use crate::reading::Reading;
 use clock::SensorClock;
 use kinematics::{Earth, Mover};
+use machines::Machines;
 use pace::{Due, Pace};
 use random::Stream;
 use sensor::{SensorUnit, Stimulus};
@@ -89,19 +91,21 @@ struct WorldModel {
     earth: Earth,
     field: EarthField,
     disturbances: Vec<Disturbance>,
+    machines: Machines,
 }
 
 impl WorldModel {
-    /// What perfect sensors would read at a time.
-    fn stimulus(&self, time_s: f64) -> Stimulus {
+    /// What perfect sensors would read at a time, not before that of the last call.
+    fn stimulus(&mut self, time_s: f64) -> Stimulus {
         let motion = self.mover.at(time_s);
         let added = self.disturbances.iter().map(|d| field::disturbance_at(d, time_s));
         let field = added.fold(self.field.world_ut, |sum, b| sum + b);
+        let vehicle = self.machines.field(time_s, motion.velocity.length());
         Stimulus {
             time_s,
             gyro: Gyro::new(self.earth.inertial_rate(&motion)),
             accel: Accel::new(self.earth.specific_force(&motion)),
-            mag: Mag::new(motion.orientation.inverse().apply(field)),
+            mag: Mag::new(motion.orientation.inverse().apply(field) + vehicle),
         }
     }
 }
@@ -118,11 +122,8 @@ impl SyntheticDriver {
         let field = EarthField::of(world)?;
         let earth = Earth::at(world.latitude_deg, field.true_north_rad);
         let seed = synthetic.seed;
-        let mover = Mover::new(trajectory::build(
-            synthetic.trajectory,
-            synthetic.rest_s,
-            &mut Stream::Trajectory.of(seed),
-        ));
+        let mut drawn = Stream::Trajectory.of(seed);
+        let mover = Mover::new(trajectory::build(&synthetic, &mut drawn));
         let clock = SensorClock::drawn(
             synthetic.transport.clock_error,
             synthetic.errors.quantise,
@@ -134,7 +135,13 @@ impl SyntheticDriver {
         Ok(Self {
             info: info(camera, synthetic.trajectory),
             truth: TruthSource::new(mover.clone(), earth, clock),
-            world: WorldModel { mover, earth, field, disturbances: synthetic.disturbance },
+            world: WorldModel {
+                mover,
+                earth,
+                field,
+                machines: Machines::drawn(&synthetic),
+                disturbances: synthetic.disturbance,
+            },
             sensors,
             next: schedule.next_slot(),
             schedule,
@@ -233,6 +240,8 @@ fn info(camera: &Camera, trajectory: TrajectoryKind) -> DriverInfo {
         TrajectoryKind::Stairs => "stairs",
         TrajectoryKind::ModelVehicle => "model vehicle",
         TrajectoryKind::Car => "car",
+        TrajectoryKind::Tumble => "tumble",
+        TrajectoryKind::Turns => "turns",
     };
     DriverInfo {
         description: format!("synthetic {name}"),
