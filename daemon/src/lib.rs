@@ -8,6 +8,7 @@ pub mod clock;
 pub mod commands;
 pub mod console;
 pub mod driver;
+pub mod evaluation;
 pub mod lane;
 pub mod logging;
 pub mod pipeline;
