@@ -16,6 +16,7 @@ pub mod poses_csv;
 pub mod publisher;
 pub mod reading;
 pub mod recording;
+pub mod report;
 pub mod ring;
 pub mod service;
 pub mod source;
