@@ -2,6 +2,7 @@
 //!
 //! `cargo run --release -p lodestone-calibration --example yardstick -- [DRAWS]`
 
+#[allow(unreachable_pub, dead_code, reason = "the tests share it")]
 #[path = "../tests/simulator/mod.rs"]
 mod simulator;
 
@@ -13,7 +14,10 @@ use simulator::{Scene, Tilt};
 fn main() {
     let draws = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(20);
     println!("heading RMS on fresh data, degrees, of {draws} draws each");
-    println!("{:34}{:>8}{:>8}{:>8}{:>9}{:>9}{:>8}{:>8}", "movement", "median", "90 %", "worst", "mean σ", "in 2σ %", "failed", "s each");
+    println!(
+        "{:34}{:>8}{:>8}{:>8}{:>9}{:>9}{:>8}{:>8}",
+        "movement", "median", "90 %", "worst", "mean σ", "in 2σ %", "failed", "s each"
+    );
     for (name, scene) in scenes() {
         println!("{name:34}{}", row(&scene, draws));
     }

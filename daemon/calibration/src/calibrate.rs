@@ -25,8 +25,10 @@ const SHOWN: f64 = 0.3;
 pub fn calibrate(samples: &[Sample], settings: &Settings) -> Result<Outcome, Refusal> {
     let stream = Stream::new(samples);
     let mut meter = CoverageMeter::default();
-    samples.iter().for_each(|sample| meter.add(sample));
-    let missing = verdict::before_fit(&stream, &settings.limits);
+    for sample in samples {
+        meter.add(sample);
+    }
+    let missing = verdict::before_fit(&stream, &meter.coverage(), &settings.limits);
     let refuse = |missing, coverage| Refusal { missing, heading_sigma_deg: None, coverage };
     if !missing.is_empty() {
         return Err(refuse(missing, meter.coverage()));
@@ -37,7 +39,9 @@ pub fn calibrate(samples: &[Sample], settings: &Settings) -> Result<Outcome, Ref
         return Err(refuse(missing, meter.coverage()));
     };
     let mut attitudes = Attitudes::default();
-    fit.state.knots.iter().for_each(|knot| attitudes.add(knot.attitude));
+    for knot in &fit.state.knots {
+        attitudes.add(knot.attitude);
+    }
     let coverage = meter.with(&attitudes);
     let outcome = outcome(&problem, &fit, settings, coverage, attitudes.mean_up());
     let missing = verdict::after_fit(&outcome, &fit, settings);
@@ -59,9 +63,10 @@ fn outcome(
         magnetometer: magnetometer(problem, fit, settings.level_up.unwrap_or(mean_up)),
         gyro: gyro(problem, fit),
         accelerometer: accelerometer(fit, settings),
-        temperature: problem.stream.temperature_c.map(|[min_c, max_c, reference_c]| {
-            TemperatureSpan { min_c, max_c, reference_c }
-        }),
+        temperature: problem
+            .stream
+            .temperature_c
+            .map(|[min_c, max_c, reference_c]| TemperatureSpan { min_c, max_c, reference_c }),
         coverage,
         iterations: fit.iterations,
     }
@@ -91,21 +96,17 @@ fn magnetometer(problem: &Problem<'_>, fit: &Fit, level_up: DVec3) -> Magnetomet
     }
 }
 
-/// Of `C` row by row, hard iron and slope: `δC = −C δA C`.
+/// Of `C` row by row, hard iron and slope: `A Exp(δ)` moves `C` by `−δ C`.
 fn covariance(fit: &Fit, correction: DMat3, has_slope: bool) -> Vec<Vec<f64>> {
     let size = if has_slope { 15 } else { 12 };
     let mut to_file = DMatrix::<f64>::identity(size, size);
-    for (i, j, k, l) in indices() {
-        let element = |row: usize, column: usize| correction.col(column)[row];
-        to_file[(SOFT + 3 * i + j, SOFT + 3 * k + l)] = -element(i, k) * element(l, j);
+    to_file.view_mut((SOFT, SOFT), (9, 9)).fill(0.0);
+    for (i, j, k) in (0..27).map(|n| (n / 9, n / 3 % 3, n % 3)) {
+        to_file[(SOFT + 3 * i + j, SOFT + 3 * i + k)] = -correction.col(j)[k];
     }
     let found = fit.covariance.view((SOFT, SOFT), (size, size));
     let covariance = &to_file * found * to_file.transpose();
     covariance.row_iter().map(|row| row.iter().copied().collect()).collect()
-}
-
-fn indices() -> impl Iterator<Item = (usize, usize, usize, usize)> {
-    (0..81).map(|n| (n / 27, n / 9 % 3, n / 3 % 3, n % 3))
 }
 
 fn field(fit: &Fit) -> FieldFound {

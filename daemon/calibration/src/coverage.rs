@@ -128,8 +128,7 @@ impl CoverageMeter {
         self.last_ns = Some(sample.time_ns);
         self.coverage.duration_s += dt_s;
         self.coverage.mag_readings += usize::from(sample.mag_ut.is_some());
-        let levelling =
-            self.levelling.get_or_insert_with(|| Levelling::start(sample.accel_m_s2));
+        let levelling = self.levelling.get_or_insert_with(|| Levelling::start(sample.accel_m_s2));
         levelling.step(dt_s, sample.gyro_rad_s - self.resting_rate, sample.accel_m_s2);
         let attitude = levelling.attitude;
         self.rest(dt_s, sample.gyro_rad_s);

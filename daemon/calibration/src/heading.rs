@@ -1,8 +1,8 @@
 //! How well the heading is known with a calibration.
 //!
-//! A reading `m` becomes the field `B = A⁻¹ (m − b)`. Errors `δA`, `δb` of the calibration turn it by
-//! `δB = −A⁻¹ (δA u + δb)`, `u = Rᵀ h`, and the heading by the east component of `R δB` over the
-//! horizontal field.
+//! A reading `m` becomes the field `B = A⁻¹ (m − b)`. Errors of the calibration, `A Exp(δ)` and `δb`,
+//! turn it by `δB = −δ u − A⁻¹ δb`, `u = Rᵀ h`, and the heading by the east component of `R δB`
+//! over the horizontal field.
 
 use std::f64::consts::TAU;
 
@@ -54,19 +54,16 @@ impl<'a> HeadingError<'a> {
     }
 
     /// Of the heading's error, rad, by soft iron, hard iron and slope.
-    pub(crate) fn jacobian(
-        &self,
-        attitude: DQuat,
-        warmer_k: f64,
-    ) -> SMatrix<f64, 1, PARAMETERS> {
+    pub(crate) fn jacobian(&self, attitude: DQuat, warmer_k: f64) -> SMatrix<f64, 1, PARAMETERS> {
         let field = self.globals.field();
         let u = attitude.inverse() * field;
-        let to_world = matrix(DMat3::from_quat(attitude) * self.correction);
-        let east = to_world.row(0) / -field.y;
+        let to_world = DMat3::from_quat(attitude);
+        let east_of_field = matrix(to_world).row(0) / -field.y;
+        let east = matrix(to_world * self.correction).row(0) / -field.y;
         let mut jacobian = SMatrix::<f64, 1, PARAMETERS>::zeros();
         let by_row = RowVector3::new(u.x, u.y, u.z);
         for row in 0..3 {
-            let part = by_row * east[row];
+            let part = by_row * east_of_field[row];
             jacobian.fixed_columns_mut::<3>(SOFT + 3 * row).copy_from(&part);
         }
         jacobian.fixed_columns_mut::<3>(HARD).copy_from(&east);

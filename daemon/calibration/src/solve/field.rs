@@ -6,8 +6,8 @@ use nalgebra::SMatrix;
 
 use super::arrow::Residual;
 use super::parameters::{
-    DELAY, FIELD, GLOBALS, GYRO, GYRO_SLOPE, Globals, HARD, HARD_SLOPE, Knot, LOCALS, MAG_DELAY, SCALE,
-    SOFT,
+    DELAY, FIELD, GLOBALS, GYRO, GYRO_SLOPE, Globals, HARD, HARD_SLOPE, Knot, LOCALS, MAG_DELAY,
+    SCALE, SOFT,
 };
 use super::turned::MeanVector;
 use crate::linear::{matrix, vector};
@@ -28,8 +28,11 @@ pub(crate) fn residual(
     let by_bias = matrix(soft_iron * mean.by_bias);
     local.fixed_columns_mut::<3>(0).copy_from(&matrix(soft_iron * mean.by_rotation));
     local.fixed_columns_mut::<3>(3).copy_from(&by_bias);
-    for row in 0..3 {
-        global.fixed_view_mut::<1, 3>(row, SOFT + 3 * row).copy_from_slice(&u.to_array());
+    for (n, part) in u.to_array().into_iter().enumerate() {
+        // A (I + δ) u: the element (i, n) of δ adds column i of A, as often as u has in n.
+        for i in 0..3 {
+            global.set_column(SOFT + 3 * i + n, &vector(soft_iron.col(i) * part));
+        }
     }
     global.fixed_columns_mut::<3>(HARD).copy_from(&matrix(DMat3::IDENTITY));
     global.fixed_columns_mut::<3>(HARD_SLOPE).copy_from(&matrix(DMat3::IDENTITY * warmer_k));

@@ -8,6 +8,10 @@ use crate::settings::SensorNoise;
 const MOST_STEPS: u32 = 60;
 /// A step is small enough if it moves nothing by more than this many of its σ.
 const SMALL_STEP: f64 = 0.02;
+/// Or if it lowers the squared residuals, in variances, by less than this.
+const LITTLE_GAIN: f64 = 0.003;
+/// How many times the gyroscope's noise may be what it is meant to be, tried in this order.
+const GYRO_NOISE_TRIES: [f64; 8] = [1.5, 2.25, 3.5, 5.0, 8.0, 12.0, 18.0, 27.0];
 /// Median of χ² with three degrees of freedom.
 const MEDIAN_SQUARE: f64 = 2.366;
 /// No magnetometer is better, µT; no accelerometer, m/s².
@@ -25,20 +29,47 @@ pub(crate) struct Fit {
     pub(crate) iterations: u32,
     /// Whether the last step was small.
     pub(crate) converged: bool,
-    /// Twice the negative logarithm of the evidence, but for a constant.
-    pub(crate) evidence: f64,
 }
 
 /// Searches from a start; `None` if the equations cannot be solved there.
 pub(crate) fn search(problem: &Problem<'_>, start: State, noise: Noise) -> Option<Fit> {
     let mut search = Search::new(problem, start, noise);
-    let mut iterations = 0;
-    let mut converged = false;
-    while iterations < MOST_STEPS && !converged {
-        iterations += 1;
-        converged = search.step()?;
+    search.run()?;
+    let likeliest = with_likeliest_gyro(problem, &search.state, search.noise)?;
+    if likeliest != search.noise {
+        let iterations = search.iterations;
+        search = Search { iterations, ..Search::new(problem, search.state, likeliest) };
+        search.run()?;
     }
-    search.finish(iterations, converged)
+    search.finish()
+}
+
+/// The noise with the gyroscope's raised as far as the evidence asks for.
+///
+/// Residuals cannot tell: the attitudes between them are free. The evidence can: it weighs how well
+/// neighbouring attitudes fit against how much they may move (Laplace's approximation).
+fn with_likeliest_gyro(problem: &Problem<'_>, state: &State, noise: Noise) -> Option<Noise> {
+    let mut best = (evidence(problem, state, &noise)?, noise);
+    for by in GYRO_NOISE_TRIES {
+        let raised = Noise { gyro: noise.gyro * by, gyro_walk: noise.gyro_walk * by, ..noise };
+        let cost = evidence(problem, state, &raised)?;
+        if cost >= best.0 {
+            break;
+        }
+        best = (cost, raised);
+    }
+    Some(best.1)
+}
+
+/// Twice the negative logarithm of the evidence, but for a constant, after one full step.
+fn evidence(problem: &Problem<'_>, state: &State, noise: &Noise) -> Option<f64> {
+    let at = problem.linearise(state, noise);
+    let step = at.arrow.solve(0.0)?;
+    let after = problem.linearise(&state.stepped(&step.globals, &step.locals), noise);
+    let cost = after.arrow.cost;
+    let links = 3.0 * (state.knots.len() - 1) as f64;
+    let width = 2.0 * links * (noise.gyro.ln() + noise.gyro_walk.ln());
+    Some(cost + after.arrow.solve(0.0)?.log_determinant + width)
 }
 
 struct Search<'a> {
@@ -47,12 +78,27 @@ struct Search<'a> {
     noise: Noise,
     at: Linearised,
     damping: f64,
+    iterations: u32,
+    converged: bool,
 }
 
 impl<'a> Search<'a> {
     fn new(problem: &'a Problem<'a>, state: State, noise: Noise) -> Self {
         let at = problem.linearise(&state, &noise);
-        Self { problem, state, noise, at, damping: 1e-4 }
+        Self { problem, state, noise, at, damping: 1e-4, iterations: 0, converged: false }
+    }
+
+    /// Steps until one is small.
+    fn run(&mut self) -> Option<()> {
+        self.converged = false;
+        for _ in 0..MOST_STEPS {
+            self.iterations += 1;
+            self.converged = self.step()?;
+            if self.converged {
+                break;
+            }
+        }
+        Some(())
     }
 
     /// One step; whether it was small, taken, and left the noise as it was.
@@ -60,30 +106,30 @@ impl<'a> Search<'a> {
         let solution = self.at.arrow.clone().solve(self.damping)?;
         let state = self.state.stepped(&solution.globals, &solution.locals);
         let at = self.problem.linearise(&state, &self.noise);
-        if !(at.arrow.cost < self.at.arrow.cost * (1.0 + 1e-9)) {
+        let is_better = at.arrow.cost < self.at.arrow.cost * (1.0 + 1e-9);
+        if !is_better {
             self.damping *= 8.0;
             // Nothing better is to be found along a vanishing step.
             return Some(self.damping > 1e8);
         }
         self.damping = (self.damping / 8.0).max(1e-9);
+        let gained = self.at.arrow.cost - at.arrow.cost;
         let (noise, settled) = renewed(&self.noise, &at);
         self.at = if settled { at } else { self.problem.linearise(&state, &noise) };
         self.state = state;
         self.noise = noise;
-        Some(settled && is_small(&solution))
+        Some(settled && (gained < LITTLE_GAIN || is_small(&solution)))
     }
 
-    fn finish(self, iterations: u32, converged: bool) -> Option<Fit> {
-        let cost = self.at.arrow.cost;
+    fn finish(self) -> Option<Fit> {
         let solution = self.at.arrow.solve(0.0)?;
         Some(Fit {
-            evidence: cost + solution.log_determinant,
             covariance: solution.covariance,
             state: self.state,
             noise: self.noise,
             mag: self.at.mag,
-            iterations,
-            converged,
+            iterations: self.iterations,
+            converged: self.converged,
         })
     }
 }

@@ -14,6 +14,8 @@ pub(crate) mod parameters;
 mod problem;
 mod segments;
 mod start;
+#[cfg(test)]
+mod tests;
 mod turned;
 
 pub(crate) use arrow::GlobalBlock;

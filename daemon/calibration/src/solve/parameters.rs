@@ -4,12 +4,15 @@ use glam::{DMat3, DQuat, DVec3};
 use lodestone_fusion::so3;
 use nalgebra::{Matrix3, SVector};
 
+use crate::linear::matrix;
+
 /// Number of the recording's parameters.
 pub(crate) const GLOBALS: usize = 32;
 /// Number of a knot's parameters: rotation in the sensor frame, deviation of the gyro bias.
 pub(crate) const LOCALS: usize = 6;
 
-/// Soft iron `A`, row by row.
+/// Soft iron `A`, row by row; a step `δ` takes it to `A Exp(δ)`. So a turn of the soft iron, the
+/// direction that is known worst, is a straight way for the search.
 pub(crate) const SOFT: usize = 0;
 /// Hard iron `b`, µT.
 pub(crate) const HARD: usize = 9;
@@ -74,6 +77,17 @@ impl Globals {
         DMat3::from_cols_slice(rows.as_slice())
     }
 
+    /// A step: `A Exp(δ)`, the others add up.
+    pub(crate) fn stepped(&self, step: &GlobalStep) -> Self {
+        let delta = Matrix3::from_row_slice(&step.as_slice()[SOFT..SOFT + 9]);
+        let square = delta * delta;
+        let factor = Matrix3::identity() + delta + square * 0.5 + square * delta * (1.0 / 6.0);
+        let soft_iron = matrix(self.soft_iron()) * factor;
+        let mut stepped = Self(self.0 + step);
+        stepped.0.fixed_rows_mut::<9>(SOFT).copy_from_slice(soft_iron.transpose().as_slice());
+        stepped
+    }
+
     /// The field in W, µT.
     pub(crate) fn field(&self) -> DVec3 {
         DVec3::new(0.0, self.0[FIELD], -self.0[FIELD + 1])
@@ -100,10 +114,7 @@ impl Knot {
     pub(crate) fn stepped(&self, step: &LocalStep) -> Self {
         let rotation = DVec3::new(step[0], step[1], step[2]);
         let bias = DVec3::new(step[3], step[4], step[5]);
-        Self {
-            attitude: (self.attitude * so3::exp(rotation)).normalize(),
-            bias: self.bias + bias,
-        }
+        Self { attitude: (self.attitude * so3::exp(rotation)).normalize(), bias: self.bias + bias }
     }
 }
 
@@ -111,7 +122,7 @@ impl State {
     /// A step on the manifold.
     pub(crate) fn stepped(&self, globals: &GlobalStep, locals: &[LocalStep]) -> Self {
         Self {
-            globals: Globals(self.globals.0 + globals),
+            globals: self.globals.stepped(globals),
             knots: self.knots.iter().zip(locals).map(|(knot, step)| knot.stepped(step)).collect(),
         }
     }

@@ -1,6 +1,6 @@
 //! Everything that is known about one recording, linearised at a point of the search.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::arrow::{Arrow, Residual};
 use super::parameters::{
@@ -139,6 +139,7 @@ impl<'a> Problem<'a> {
         for (at, mean, sigma) in self.priors() {
             arrow.add_prior(at, x[at] - mean, sigma);
         }
+        add_soft_iron_prior(state.globals.soft_iron(), self.settings.noise.soft_iron_sigma, arrow);
         add_field_prior(self.settings.field.as_ref(), x, arrow);
         // The deviations from the recording's bias have no mean of their own.
         let walk = noise.gyro_walk * (self.stream.duration_s() / 3.0).sqrt();
@@ -169,12 +170,21 @@ impl<'a> Problem<'a> {
             .iter()
             .flat_map(|&(at, sigma)| (at..at + 3).map(move |i| (i, 0.0, sigma)))
             .collect();
-        let identity = |i: usize| if i.is_multiple_of(4) { 1.0 } else { 0.0 };
-        priors.extend((0..9).map(|i| (SOFT + i, identity(i), n.soft_iron_sigma)));
         priors.push((GRAVITY, GRAVITY_M_S2.0, GRAVITY_M_S2.1));
         priors.push((DELAY, 0.0, delay_s));
         priors.push((MAG_DELAY, 0.0, MAG_DELAY_SIGMA_S));
         priors
+    }
+}
+
+/// Each element about the identity; `δ` moves `A` by `A δ`.
+fn add_soft_iron_prior(soft_iron: DMat3, sigma: f64, arrow: &mut Arrow) {
+    for (i, j) in (0..9).map(|n| (n / 3, n % 3)) {
+        let mut by = GlobalStep::zeros();
+        for k in 0..3 {
+            by[SOFT + 3 * k + j] = soft_iron.col(k)[i];
+        }
+        arrow.add_global((soft_iron - DMat3::IDENTITY).col(j)[i], &by, sigma);
     }
 }
 

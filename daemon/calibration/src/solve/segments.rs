@@ -131,11 +131,6 @@ impl Integrator {
         &self.turn
     }
 
-    /// The rotation so far.
-    pub(crate) const fn turn(&self) -> &Turn {
-        &self.turn
-    }
-
     fn corrected(&self, gyro: DVec3) -> DVec3 {
         gyro + gyro * self.scale - self.bias
     }

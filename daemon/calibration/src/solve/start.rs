@@ -7,9 +7,7 @@
 use glam::{DMat3, DQuat, DVec3};
 use nalgebra::{SMatrix, SVector};
 
-use super::parameters::{
-    FIELD, GRAVITY, GYRO, GlobalStep, Globals, HARD, Knot, SOFT, State,
-};
+use super::parameters::{FIELD, GRAVITY, GYRO, GlobalStep, Globals, HARD, Knot, SOFT, State};
 use super::segments::Segment;
 use crate::levelling::Levelling;
 use crate::stream::Stream;

@@ -8,7 +8,7 @@ use glam::{DMat3, DQuat, DVec3};
 use lodestone_calibration::{Outcome, Sample};
 
 pub use motion::{Motion, Tilt};
-pub use unit::{Imperfect, Unit};
+pub use unit::Unit;
 
 /// What a simulated recording is made of.
 #[derive(Clone, Copy, Debug)]

@@ -65,7 +65,8 @@ impl Motion {
             Tilt::Slow(rms) => (self.sum(0, t) * rms, self.sum(4, t) * rms),
             Tilt::Tumble => return self.tumble(t),
         };
-        turn * DQuat::from_rotation_y(pitch.to_radians()) * DQuat::from_rotation_x(roll.to_radians())
+        turn * DQuat::from_rotation_y(pitch.to_radians())
+            * DQuat::from_rotation_x(roll.to_radians())
     }
 
     fn wave(&self, k: usize, t: f64) -> f64 {
