@@ -2,18 +2,18 @@
 
 use glam::{DMat3, DVec3};
 
+use crate::aids::Aids;
 use crate::alignment::{Alignment, Waiting};
-use crate::covariance::{GYRO_BIAS, ORIENTATION, POSITION, VELOCITY};
+use crate::covariance::{ORIENTATION, POSITION, VELOCITY};
 use crate::frame::{Body, Rotation, World};
 use crate::grid::{Increment, Step};
-use crate::parameters::{HeadingMode, Parameters};
-use crate::predict::{ProcessNoise, predict};
-use crate::rest::{RestDetector, WindowStatistics};
+use crate::parameters::Parameters;
+use crate::predict::{Pending, ProcessNoise, advance, follow};
 use crate::so3;
 use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
-use crate::update::compass::{Compass, CompassReport, FieldAverage};
-use crate::update::{Outcome, levelling, standstill};
+use crate::update::Outcome;
+use crate::update::compass::CompassReport;
 
 /// Where a heading comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +44,18 @@ pub struct StepReport {
     pub levelling: Option<Outcome>,
     /// The heading update, if one was due.
     pub compass: Option<CompassReport>,
+}
+
+impl StepReport {
+    /// Nothing happened.
+    pub(crate) const QUIET: Self = Self {
+        waiting: None,
+        just_aligned: false,
+        world_turned: false,
+        at_rest: false,
+        levelling: None,
+        compass: None,
+    };
 }
 
 /// Pose, motion and their covariances at one instant.
@@ -84,21 +96,11 @@ pub struct Estimator {
     noise: ProcessNoise,
     alignment: Alignment,
     state: Option<State>,
+    pending: Pending,
+    aids: Aids,
     time: SensorTime,
     last: Increment,
-    rest: RestDetector,
-    resting_s: f64,
-    at_rest: bool,
-    since_levelling_s: f64,
-    compass: Compass,
-    heading_origin: HeadingOrigin,
-    since_compass_s: f64,
-    world_turned: bool,
-    magnetic_norm_ut: Option<f64>,
 }
-
-/// Readings refused for this long make the heading "held".
-const HELD_AFTER_S: f64 = 1.0;
 
 /// An unseen turn during a gap, per second of gap: a fast hand movement.
 const GAP_RATE_RAD_S: f64 = 1.0;
@@ -117,17 +119,10 @@ impl Estimator {
             noise: ProcessNoise::new(&parameters),
             alignment: Alignment::new(),
             state: None,
+            pending: Pending::NONE,
+            aids: Aids::new(),
             time: SensorTime::from_nanos(0),
             last: Increment::ZERO,
-            rest: RestDetector::new(),
-            resting_s: 0.0,
-            at_rest: false,
-            since_levelling_s: 0.0,
-            compass: Compass::new(),
-            heading_origin: HeadingOrigin::Arbitrary,
-            since_compass_s: 0.0,
-            world_turned: false,
-            magnetic_norm_ut: None,
         }
     }
 
@@ -135,33 +130,21 @@ impl Estimator {
     pub fn step(&mut self, step: &Step) -> StepReport {
         self.time = step.time;
         self.last = step.increment;
-        let Some(mut state) = self.state else {
+        let Some(state) = &mut self.state else {
             return self.align(step);
         };
-        predict(&mut state, &step.increment, &self.noise);
-        self.watch_rest(&mut state, &step.increment);
-        let levelling = self.level(&mut state, step.increment.span_s);
-        let compass = self.steer(&mut state, step);
-        state.covariance.restore();
-        self.state = Some(state);
-        StepReport {
-            waiting: None,
-            just_aligned: false,
-            world_turned: core::mem::take(&mut self.world_turned),
-            at_rest: self.at_rest,
-            levelling,
-            compass,
-        }
+        let turn_rad = advance(state, &mut self.pending, &step.increment, &self.noise);
+        let settings = (&self.parameters, &self.noise);
+        self.aids.step(state, &mut self.pending, (step, turn_rad), settings)
     }
 
     /// Accounts for a stretch of time without samples, too long to bridge.
     pub fn cross_gap(&mut self, span: SensorSpan) {
         let gap_s = span.as_secs_f64();
-        self.rest = RestDetector::new();
-        self.at_rest = false;
-        self.resting_s = 0.0;
+        self.aids.forget_rest();
         self.alignment = Alignment::new();
         let Some(state) = &mut self.state else { return };
+        follow(state, &mut self.pending, &self.noise);
         let turn = (GAP_RATE_RAD_S * gap_s).min(GAP_TURN_LIMIT_RAD);
         let speed = (GAP_ACCELERATION_M_S2 * gap_s).min(GAP_SPEED_LIMIT_M_S);
         let way = (libm::sqrt(state.velocity.length_squared()) + 0.5 * speed) * gap_s;
@@ -210,127 +193,21 @@ impl Estimator {
             orientation_covariance: state.covariance.block(ORIENTATION, ORIENTATION),
             position_covariance: state.covariance.block(POSITION, POSITION),
             velocity_covariance: state.covariance.block(VELOCITY, VELOCITY),
-            heading_origin: self.heading_origin,
-            at_rest: self.at_rest,
-            magnetic_disturbance: self.compass.is_disturbed(),
-            magnetic_norm_ut: self.magnetic_norm_ut,
+            heading_origin: self.aids.heading_origin,
+            at_rest: self.aids.at_rest,
+            magnetic_disturbance: self.aids.compass.is_disturbed(),
+            magnetic_norm_ut: self.aids.magnetic_norm_ut,
         })
     }
 
     fn align(&mut self, step: &Step) -> StepReport {
-        let aligned = self.alignment.push(step, &self.parameters);
-        if let Some(aligned) = aligned {
-            self.state = Some(aligned.state);
-            if let Some(field) = aligned.field {
-                self.compass.set_reference(field);
-                self.heading_origin = self.origin_when_used();
-            }
+        let Some(aligned) = self.alignment.push(step, &self.parameters) else {
+            return StepReport { waiting: Some(self.alignment.waiting()), ..StepReport::QUIET };
+        };
+        self.state = Some(aligned.state);
+        if let Some(field) = aligned.field {
+            self.aids.begin_with(field, self.parameters.heading);
         }
-        StepReport {
-            waiting: aligned.is_none().then(|| self.alignment.waiting()),
-            just_aligned: aligned.is_some(),
-            world_turned: false,
-            at_rest: aligned.is_some(),
-            levelling: None,
-            compass: None,
-        }
-    }
-
-    const fn origin_when_used(&self) -> HeadingOrigin {
-        match self.parameters.heading {
-            HeadingMode::InitialOnly => HeadingOrigin::InitialOnly,
-            HeadingMode::Continuous | HeadingMode::Adaptive => HeadingOrigin::Magnetometer,
-        }
-    }
-
-    fn watch_rest(&mut self, state: &mut State, increment: &Increment) {
-        let Some(window) = self.rest.push(increment, &self.parameters.rest) else { return };
-        let bias_variance = state.covariance.variances(GYRO_BIAS).max_element();
-        let bias_sigma = libm::sqrt(bias_variance);
-        self.at_rest = window.is_rest(state.gyro_bias, bias_sigma, &self.parameters.rest);
-        if self.at_rest {
-            self.resting_s += self.parameters.rest.interval_s;
-            self.hold_still(state, &window);
-        } else {
-            self.resting_s = 0.0;
-        }
-    }
-
-    fn hold_still(&self, state: &mut State, window: &WindowStatistics) {
-        let p = &self.parameters;
-        let faded = self.resting_s > 2.0 * p.levelling.time_constant_s;
-        standstill::zero_velocity(state, p.rest.velocity_sigma_m_s, faded);
-        // The window is longer than the interval, so successive means are correlated: the noise is
-        // counted as if each block came alone.
-        let noise = p.noise.gyro_density / libm::sqrt(p.rest.interval_s);
-        standstill::zero_rate(state, window.confirmed_rate, noise.max(2e-4));
-    }
-
-    fn level(&mut self, state: &mut State, span_s: f64) -> Option<Outcome> {
-        self.since_levelling_s += span_s;
-        if self.since_levelling_s < self.parameters.levelling.interval_s {
-            return None;
-        }
-        self.since_levelling_s = 0.0;
-        Some(levelling::update(state, &self.parameters.levelling))
-    }
-
-    fn steer(&mut self, state: &mut State, step: &Step) -> Option<CompassReport> {
-        self.since_compass_s += step.increment.span_s;
-        let report = self.compass_update(state, step);
-        if report.is_some_and(|r| r.outcome.used) {
-            self.since_compass_s = 0.0;
-        }
-        if self.compass.reference().is_some() {
-            self.heading_origin = self.origin_now();
-        }
-        report
-    }
-
-    fn compass_update(&mut self, state: &mut State, step: &Step) -> Option<CompassReport> {
-        let p = &self.parameters;
-        let rate = step.increment.angle * step.increment.span_s.recip() - state.gyro_bias;
-        let in_world = |v: DVec3| state.orientation * v;
-        let reading = step.mag.map(|m| (in_world(m.vector), in_world(rate)));
-        let turn = libm::sqrt(step.increment.angle.length_squared());
-        let speed = libm::sqrt(state.leaky_velocity.length_squared());
-        self.compass.note_motion(step.increment.span_s, turn, speed);
-        let average =
-            self.compass.average(reading, state.mag_delay_s, step.increment.span_s, &p.compass)?;
-        if self.compass.reference().is_none() {
-            self.find_north(state, &average);
-            return None;
-        }
-        let report = self.compass.update(state, &average, p)?;
-        self.magnetic_norm_ut = Some(report.norm_ut);
-        Some(report)
-    }
-
-    /// The magnetometer speaks for the first time after an alignment without it.
-    fn find_north(&mut self, state: &mut State, average: &FieldAverage) {
-        let field = average.field;
-        let bearing = self.parameters.field_bearing_rad;
-        let Some(angle) = self.compass.adopt(field, bearing) else { return };
-        let square = |x: f64| x * x;
-        let horizontal_ut2 = square(field.x) + square(field.y);
-        let noise = square(self.parameters.noise.mag_sigma_ut) / (average.count * horizontal_ut2);
-        let tilt = state.covariance.variances(ORIENTATION).truncate().max_element();
-        let deviation = square(self.parameters.compass.deviation_sigma_rad);
-        let by_tilt = square(field.z) / horizontal_ut2 * tilt;
-        state.turn_world(angle, noise + by_tilt + deviation, deviation);
-        self.heading_origin = self.origin_when_used();
-        self.since_compass_s = 0.0;
-        self.world_turned = true;
-    }
-
-    /// Where the heading comes from, silence of the magnetometer included.
-    fn origin_now(&self) -> HeadingOrigin {
-        match self.parameters.heading {
-            HeadingMode::InitialOnly => HeadingOrigin::InitialOnly,
-            _ if self.since_compass_s > HELD_AFTER_S || self.compass.is_disturbed() => {
-                HeadingOrigin::Held
-            }
-            _ => HeadingOrigin::Magnetometer,
-        }
+        StepReport { just_aligned: true, at_rest: true, ..StepReport::QUIET }
     }
 }

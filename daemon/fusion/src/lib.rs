@@ -12,6 +12,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod aids;
 mod alignment;
 mod covariance;
 mod estimator;
