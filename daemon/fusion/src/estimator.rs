@@ -160,44 +160,45 @@ impl Estimator {
 
     /// Pose and motion at the end of the last step, once aligned.
     pub fn estimate(&self) -> Option<Estimate> {
-        self.estimate_of(self.state.as_ref()?, &self.last)
+        self.estimate_ahead(&Increment::ZERO)
     }
 
     /// Pose and motion a little later: the last step's, carried on over what the grid holds beyond.
     pub fn estimate_ahead(&self, beyond: &Increment) -> Option<Estimate> {
         let state = self.state.as_ref()?;
-        if beyond.span_s <= 0.0 {
-            return self.estimate();
-        }
-        let mut ahead = *state;
-        let angle = beyond.angle - state.gyro_bias * beyond.span_s;
-        let gain = state.orientation * (beyond.velocity - state.accel_bias * beyond.span_s)
-            - DVec3::Z * self.parameters.gravity_m_s2 * beyond.span_s;
-        ahead.position += (state.velocity + 0.5 * gain) * beyond.span_s;
-        ahead.velocity += gain;
-        ahead.orientation = so3::renormalise(state.orientation * so3::exp(angle));
-        let mut estimate = self.estimate_of(&ahead, beyond)?;
-        estimate.time = self.time + SensorSpan::from_secs_f64(beyond.span_s);
-        Some(estimate)
-    }
-
-    fn estimate_of(&self, state: &State, increment: &Increment) -> Option<Estimate> {
-        let per_second = increment.span_s.recip();
+        let latest = if beyond.span_s > 0.0 { beyond } else { &self.last };
+        let per_second = latest.span_s.recip();
+        let angular_rate = latest.angle * per_second - state.gyro_bias;
+        let specific_force = latest.velocity * per_second - state.accel_bias;
+        let span_s = beyond.span_s + self.parameters.lead_s;
+        let gain =
+            (state.orientation * specific_force - DVec3::Z * self.parameters.gravity_m_s2) * span_s;
+        let turned = state.orientation * so3::exp(angular_rate * span_s);
+        let block = |b| state.covariance.block(b, b);
         state.is_finite().then(|| Estimate {
-            time: self.time,
-            orientation: state.orientation(),
-            position: state.position,
-            velocity: state.velocity,
-            angular_rate: increment.angle * per_second - state.gyro_bias,
-            specific_force: increment.velocity * per_second - state.accel_bias,
-            orientation_covariance: state.covariance.block(ORIENTATION, ORIENTATION),
-            position_covariance: state.covariance.block(POSITION, POSITION),
-            velocity_covariance: state.covariance.block(VELOCITY, VELOCITY),
+            time: self.time + SensorSpan::from_secs_f64(beyond.span_s),
+            orientation: Rotation::from_unit(so3::renormalise(turned)),
+            position: state.position + (state.velocity + 0.5 * gain) * span_s,
+            velocity: state.velocity + gain,
+            angular_rate,
+            specific_force,
+            orientation_covariance: self.orientation_covariance(block(ORIENTATION)),
+            position_covariance: block(POSITION),
+            velocity_covariance: block(VELOCITY),
             heading_origin: self.aids.heading_origin,
             at_rest: self.aids.at_rest,
             magnetic_disturbance: self.aids.compass.is_disturbed(),
             magnetic_norm_ut: self.aids.magnetic_norm_ut,
         })
+    }
+
+    /// The filter's own covariance, and what no filter learns about a compass.
+    fn orientation_covariance(&self, mut covariance: DMat3) -> DMat3 {
+        if self.aids.heading_origin != HeadingOrigin::Arbitrary {
+            let systematic = self.parameters.compass.systematic_sigma_rad;
+            covariance.z_axis.z += systematic * systematic;
+        }
+        covariance
     }
 
     fn align(&mut self, step: &Step) -> StepReport {

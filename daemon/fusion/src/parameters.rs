@@ -45,6 +45,10 @@ pub struct Parameters {
     /// Angle from the world's north (its y axis) to the horizontal field, east positive, rad: 0 where
     /// the world's north is magnetic, the declination where it is true.
     pub field_bearing_rad: f64,
+    /// How far a pose is carried beyond the last sample at its rate and force, s: the age of what a
+    /// sample shows, less half its interval, which integrating it over the interval accounts for.
+    /// Default 0; negative where samples show the instant of their stamp.
+    pub lead_s: f64,
     /// Strength of gravity at the place, m/s².
     pub gravity_m_s2: f64,
     /// Alignment.
@@ -103,11 +107,14 @@ pub struct LevellingParameters {
 /// Heading by the magnetometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CompassParameters {
+    /// What neither turning nor walking averages away, as a heading, 1σ, rad: iron that the
+    /// calibration left. It is not estimated, only counted in what is published. Default 1.5°.
+    pub systematic_sigma_rad: f64,
     /// Usual deviation of the field in a room from the earth's, as an angle, 1σ, rad. Default 2°.
     pub deviation_sigma_rad: f64,
     /// Turn after which the deviation is a new one, rad. Default 3.
     pub deviation_turn_rad: f64,
-    /// Way after which the deviation is a new one, m. Default 0.3.
+    /// Way after which the deviation is a new one, m. Default 0.4.
     pub deviation_way_m: f64,
     /// Time after which the deviation is a new one even at rest, s. Default 300.
     pub deviation_time_s: f64,
@@ -117,7 +124,7 @@ pub struct CompassParameters {
     /// Uncertainty of a single reading's time around that delay, 1σ, s. Default 0.005.
     pub timing_sigma_s: f64,
     /// Change of strength and dip, µT, by which the deviation counts as changed. Small doubts the
-    /// compass at every noise, large misses disturbances that come on in small steps. Default 1.
+    /// compass at every noise, large misses disturbances that come on in small steps. Default 1.5.
     pub change_ut: f64,
     /// Variance of the deviation for each squared mismatch, both as fields, µT²/µT². A half if a
     /// disturbance has no favourite direction. Large trusts a misfitting field less. Default 5:
@@ -128,11 +135,11 @@ pub struct CompassParameters {
     pub mismatch_limit_ut: f64,
     /// Time constant of that smoothing, s. Default 0.3.
     pub mismatch_time_constant_s: f64,
-    /// Time constant with which the reference follows the field, s. Default 20.
+    /// Time constant with which the reference follows the field, s. Default 30.
     pub reference_time_constant_s: f64,
     /// Seconds over which readings are averaged before an update. Default 0.02.
     pub interval_s: f64,
-    /// Normalised innovation beyond which an update is weakened. Default 2.5.
+    /// Normalised innovation beyond which an update is weakened. Default 1.5.
     pub gate_sigma: f64,
 }
 
@@ -145,7 +152,7 @@ impl SensorNoise {
         gyro_scale_walk: 7.0e-3,
         accel_density: 1.6e-3,
         accel_bias_walk: 2.5e-4,
-        accel_bias_sigma: 0.1,
+        accel_bias_sigma: 0.05,
         mag_sigma_ut: 0.5,
     };
 }
@@ -156,6 +163,7 @@ impl Default for Parameters {
             noise: SensorNoise::ZED2,
             heading: HeadingMode::Adaptive,
             field_bearing_rad: 0.0,
+            lead_s: 0.0,
             gravity_m_s2: 9.81,
             alignment: AlignmentParameters {
                 rest_s: 1.0,
@@ -177,19 +185,20 @@ impl Default for Parameters {
                 gate_sigma: 3.0,
             },
             compass: CompassParameters {
+                systematic_sigma_rad: 0.026,
                 deviation_sigma_rad: 0.035,
                 deviation_turn_rad: 3.0,
-                deviation_way_m: 0.3,
+                deviation_way_m: 0.4,
                 deviation_time_s: 300.0,
                 delay_sigma_s: 0.02,
                 timing_sigma_s: 0.005,
-                change_ut: 1.0,
+                change_ut: 1.5,
                 mismatch_weight: 5.0,
                 mismatch_limit_ut: 4.0,
                 mismatch_time_constant_s: 0.3,
-                reference_time_constant_s: 20.0,
+                reference_time_constant_s: 30.0,
                 interval_s: 0.02,
-                gate_sigma: 2.5,
+                gate_sigma: 1.5,
             },
         }
     }

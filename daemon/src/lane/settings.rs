@@ -63,7 +63,10 @@ impl LaneSettings {
                 bridge_limit: SensorSpan::from_secs_f64(lane.bridge_limit_s),
                 ..GridParameters::at_rate(step_rate_hz)
             },
-            estimator: parameters_of(config, camera)?,
+            estimator: Parameters {
+                lead_s: camera.imu_delay_s - 0.5 / nominal_rate_hz,
+                ..parameters_of(config, camera, calibration)?
+            },
             validity: config.estimator.validity,
             timing: Timing {
                 stale_after: Duration::from_secs_f64(lane.stale_after_s),
@@ -73,9 +76,20 @@ impl LaneSettings {
     }
 }
 
-fn parameters_of(config: &Config, camera: &Camera) -> Result<Parameters, FieldError> {
+fn parameters_of(
+    config: &Config,
+    camera: &Camera,
+    calibration: Option<&Calibration>,
+) -> Result<Parameters, FieldError> {
     let defaults = Parameters::default();
+    let left_by_calibration = calibration
+        .and_then(|c| c.magnetometer.as_ref()?.heading_sigma_deg)
+        .map_or(defaults.compass.systematic_sigma_rad, f64::to_radians);
     Ok(Parameters {
+        compass: lodestone_fusion::CompassParameters {
+            systematic_sigma_rad: left_by_calibration,
+            ..defaults.compass
+        },
         field_bearing_rad: field_bearing_rad(&config.world)?,
         noise: noise_of(camera.noise.unwrap_or_else(|| camera.model.noise()), defaults.noise),
         heading: match config.estimator.heading {
