@@ -39,6 +39,16 @@ impl FieldReference {
         libm::sqrt(squared.max(0.0))
     }
 
+    /// The field in the world, µT, where it points to a bearing, east of the world's north, rad.
+    pub fn in_world(&self, bearing_rad: f64) -> DVec3 {
+        let horizontal_ut = self.horizontal_ut();
+        DVec3::new(
+            horizontal_ut * libm::sin(bearing_rad),
+            horizontal_ut * libm::cos(bearing_rad),
+            self.vertical_ut,
+        )
+    }
+
     /// How badly a field in the world fits, µT: the root of the squared misfits in strength and
     /// vertical part.
     pub fn mismatch_ut(&self, field: DVec3) -> f64 {
@@ -132,6 +142,8 @@ pub struct Compass {
     span_s: f64,
     smooth_mismatch_ut: f64,
     smooth: Option<FieldReference>,
+    /// What the field lacks or has too much of, in the world, smoothed, µT.
+    excess_ut: DVec3,
     /// What the camera did since the deviation was last renewed.
     moved: Moved,
     /// The field when it last changed notably.
@@ -148,6 +160,7 @@ impl Compass {
             span_s: 0.0,
             smooth_mismatch_ut: 0.0,
             smooth: None,
+            excess_ut: DVec3::ZERO,
             moved: Moved { way_m: 0.0, turn_rad: 0.0, time_s: 0.0 },
             anchor: None,
             disturbed: false,
@@ -232,7 +245,9 @@ impl Compass {
         let timing_s2 = square(p.timing_sigma_s) + state.covariance.variance(MAG_DELAY);
         let blur_ut = moved.rate_rad_s() * libm::sqrt(timing_s2) * reference.norm_ut;
         let mismatch_ut = (reference.mismatch_ut(field) - blur_ut).max(0.0);
+        let expected = reference.in_world(parameters.field_bearing_rad);
         self.smoothen(field, mismatch_ut, p);
+        self.judge(field - expected, blur_ut, p);
         let (believed_ut, change_ut) = match mode {
             HeadingMode::Adaptive => (self.smooth_mismatch_ut, self.change_ut(blur_ut, p)),
             HeadingMode::Continuous | HeadingMode::InitialOnly => (0.0, 0.0),
@@ -270,13 +285,20 @@ impl Compass {
         change_ut
     }
 
-    /// Smooths the field and its mismatch, and decides, with hysteresis, whether it is disturbed.
+    /// Decides, with hysteresis, whether the field is disturbed.
+    fn judge(&mut self, excess_ut: DVec3, blur_ut: f64, p: &CompassParameters) {
+        let share = (p.interval_s / p.mismatch_time_constant_s).min(1.0);
+        self.excess_ut += share * (excess_ut - self.excess_ut);
+        let limit_ut = if self.disturbed { 0.6 } else { 1.0 } * p.mismatch_limit_ut;
+        let excess_ut = libm::sqrt(self.excess_ut.length_squared());
+        self.disturbed = excess_ut > limit_ut + blur_ut;
+    }
+
+    /// Smooths the field and its mismatch.
     fn smoothen(&mut self, field: DVec3, mismatch_ut: f64, p: &CompassParameters) {
         let share = (p.interval_s / p.mismatch_time_constant_s).min(1.0);
         self.smooth.get_or_insert(FieldReference::of(field)).follow(field, share);
         self.smooth_mismatch_ut += share * (mismatch_ut - self.smooth_mismatch_ut);
-        let limit_ut = if self.disturbed { 0.6 } else { 1.0 } * p.mismatch_limit_ut;
-        self.disturbed = self.smooth_mismatch_ut > limit_ut;
     }
 
     /// The reference follows an undisturbed field through the building.
