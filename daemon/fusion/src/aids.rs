@@ -3,6 +3,7 @@
 use crate::covariance::{GYRO_BIAS, ORIENTATION};
 use crate::estimator::{HeadingOrigin, StepReport};
 use crate::grid::Step;
+use crate::hard_iron::HardIron;
 use crate::parameters::{HeadingMode, Parameters};
 use crate::predict::{FOLLOW_S, Pending, ProcessNoise, follow};
 use crate::rest::{RestDetector, WindowStatistics};
@@ -22,6 +23,7 @@ pub(crate) struct Aids {
     pub(crate) at_rest: bool,
     since_levelling_s: f64,
     pub(crate) compass: Compass,
+    hard_iron: HardIron,
     pub(crate) heading_origin: HeadingOrigin,
     since_compass_s: f64,
     pub(crate) magnetic_norm_ut: Option<f64>,
@@ -35,13 +37,14 @@ struct Due {
 }
 
 impl Aids {
-    pub(crate) const fn new() -> Self {
+    pub(crate) fn new(p: &Parameters) -> Self {
         Self {
             rest: RestDetector::new(),
             resting_s: 0.0,
             at_rest: false,
             since_levelling_s: 0.0,
             compass: Compass::new(),
+            hard_iron: HardIron::new(&p.hard_iron),
             heading_origin: HeadingOrigin::Arbitrary,
             since_compass_s: 0.0,
             magnetic_norm_ut: None,
@@ -106,9 +109,15 @@ impl Aids {
         self.since_compass_s += span_s;
         let speed = libm::sqrt(state.leaky_velocity.length_squared());
         self.compass.note_motion(span_s, turn_rad, speed);
+        self.hard_iron.note_motion(turn_rad, speed * span_s, &p.hard_iron);
         let reading = step.mag.map(|mag| {
             let rate = step.increment.angle * span_s.recip() - state.gyro_bias;
-            (state.orientation * mag.vector, state.orientation * rate)
+            if self.compass.reference().is_some() {
+                let rate_rad_s = turn_rad / span_s;
+                self.hard_iron.take(mag.vector, state.orientation, rate_rad_s, &p.hard_iron);
+            }
+            let field = mag.vector - self.hard_iron.correction();
+            (state.orientation * field, state.orientation * rate)
         });
         let field = self.compass.average(reading, state.mag_delay_s, span_s, &p.compass);
         if self.compass.reference().is_some() {
@@ -160,6 +169,8 @@ impl Aids {
         let deviation = square(p.compass.deviation_sigma_rad);
         let by_tilt = square(field.z) / horizontal_ut2 * tilt;
         state.turn_world(angle, noise + by_tilt + deviation, deviation);
+        // The world has turned, and the field in it.
+        self.hard_iron = HardIron::new(&p.hard_iron);
         self.heading_origin = origin_when_used(p.heading);
         self.since_compass_s = 0.0;
         true

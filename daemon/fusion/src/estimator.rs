@@ -120,7 +120,7 @@ impl Estimator {
             alignment: Alignment::new(),
             state: None,
             pending: Pending::NONE,
-            aids: Aids::new(),
+            aids: Aids::new(&parameters),
             time: SensorTime::from_nanos(0),
             last: Increment::ZERO,
         }

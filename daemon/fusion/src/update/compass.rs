@@ -228,7 +228,7 @@ impl Compass {
     /// Updates the heading with an average of readings.
     ///
     /// An innovation beyond the gate is not refused, which could lock a wrong heading in for ever:
-    /// its variance is raised until it sits on the gate, and it counts as not used.
+    /// its variance is raised until it sits on the gate. Beyond twice the gate it counts as not used.
     pub(crate) fn update(
         &mut self,
         state: &mut State,
@@ -265,7 +265,7 @@ impl Compass {
             HeadingMode::InitialOnly => Outcome { residual, nis, used: false },
             HeadingMode::Continuous => steer(state, &row, residual, variance),
             HeadingMode::Adaptive => Outcome {
-                used: excess <= 1.0,
+                used: excess <= 4.0,
                 nis,
                 ..steer(state, &row, residual, variance * excess.max(1.0))
             },
