@@ -206,9 +206,10 @@ impl Estimator {
             return StepReport { waiting: Some(self.alignment.waiting()), ..StepReport::QUIET };
         };
         self.state = Some(aligned.state);
+        self.aids.at_rest = aligned.at_rest;
         if let Some(field) = aligned.field {
             self.aids.begin_with(field, self.parameters.heading);
         }
-        StepReport { just_aligned: true, at_rest: true, ..StepReport::QUIET }
+        StepReport { just_aligned: true, at_rest: aligned.at_rest, ..StepReport::QUIET }
     }
 }

@@ -72,6 +72,13 @@ pub struct AlignmentParameters {
     pub gravity_tolerance_m_s2: f64,
     /// Largest mean angular rate that a gyroscope bias not known yet may explain, rad/s. Default 0.03.
     pub max_bias_rad_s: f64,
+    /// Time after which a camera that does not come to rest is aligned coarsely, s; never if absent.
+    /// Short starts sooner, long averages more of the motion away. Default 1.8.
+    pub motion_s: Option<f64>,
+    /// Change of a moving camera's speed in that time, 1σ, m/s, per axis. Default 1.5.
+    pub motion_speed_sigma_m_s: f64,
+    /// Speed of a camera that is aligned in motion, 1σ, m/s, per axis. Default 10.
+    pub motion_start_sigma_m_s: f64,
 }
 
 /// Detection of standstill over a sliding window.
@@ -197,6 +204,9 @@ impl Default for Parameters {
                 rest_s: 1.0,
                 gravity_tolerance_m_s2: 0.6,
                 max_bias_rad_s: 0.03,
+                motion_s: Some(1.8),
+                motion_speed_sigma_m_s: 1.5,
+                motion_start_sigma_m_s: 10.0,
             },
             rest: RestParameters {
                 window_s: 0.5,
