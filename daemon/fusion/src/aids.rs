@@ -59,8 +59,8 @@ impl Aids {
     }
 
     /// The alignment used a field, in the world.
-    pub(crate) fn begin_with(&mut self, field: DVec3, mode: HeadingMode) {
-        self.compass.set_reference(field);
+    pub(crate) fn begin_with(&mut self, field: DVec3, averaged_s: f64, mode: HeadingMode) {
+        self.compass.expect(field, averaged_s);
         self.heading_origin = origin_when_used(mode);
     }
 

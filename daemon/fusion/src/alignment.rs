@@ -64,6 +64,8 @@ pub struct Aligned {
     pub state: State,
     /// The field in levelled world axes, µT, if there was a magnetometer.
     pub field: Option<DVec3>,
+    /// Time that the field was averaged over for what it is worth, s: at rest it is worth more.
+    pub field_span_s: f64,
     /// Whether the camera stood; else the alignment is a coarse one.
     pub at_rest: bool,
 }
@@ -131,7 +133,7 @@ impl Alignment {
         let field = field.map(|f| so3::exp(DVec3::Z * heading) * f);
         let mut state = State { gyro_bias: window.rate, ..State::at(orientation) };
         state.covariance = first_covariance(&state, window, field, p);
-        Aligned { state, field, at_rest: true }
+        Aligned { state, field, field_span_s: f64::INFINITY, at_rest: true }
     }
 }
 

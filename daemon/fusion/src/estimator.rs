@@ -208,7 +208,7 @@ impl Estimator {
         self.state = Some(aligned.state);
         self.aids.at_rest = aligned.at_rest;
         if let Some(field) = aligned.field {
-            self.aids.begin_with(field, self.parameters.heading);
+            self.aids.begin_with(field, aligned.field_span_s, self.parameters.heading);
         }
         StepReport { just_aligned: true, at_rest: aligned.at_rest, ..StepReport::QUIET }
     }

@@ -12,60 +12,17 @@
 
 use glam::DVec3;
 
+mod disturbance;
+mod reference;
+
+use disturbance::{Expectation, Seen};
+pub use reference::FieldReference;
+
 use super::{Outcome, innovation_variance};
 use crate::covariance::{DEVIATION, GYRO_BIAS, MAG_DELAY, ORIENTATION, Row, STATES};
 use crate::parameters::{CompassParameters, HeadingMode, Parameters};
 use crate::so3;
 use crate::state::State;
-
-/// The undisturbed field, as learnt at the alignment and followed slowly.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FieldReference {
-    /// Strength, µT.
-    pub norm_ut: f64,
-    /// Upward part, µT (negative in the north).
-    pub vertical_ut: f64,
-}
-
-impl FieldReference {
-    /// The reference that a field given in levelled coordinates makes.
-    pub fn of(field: DVec3) -> Self {
-        Self { norm_ut: libm::sqrt(field.length_squared()), vertical_ut: field.z }
-    }
-
-    /// Horizontal part, µT.
-    pub fn horizontal_ut(&self) -> f64 {
-        let squared = self.norm_ut * self.norm_ut - self.vertical_ut * self.vertical_ut;
-        libm::sqrt(squared.max(0.0))
-    }
-
-    /// The field in the world, µT, where it points to a bearing, east of the world's north, rad.
-    pub fn in_world(&self, bearing_rad: f64) -> DVec3 {
-        let horizontal_ut = self.horizontal_ut();
-        DVec3::new(
-            horizontal_ut * libm::sin(bearing_rad),
-            horizontal_ut * libm::cos(bearing_rad),
-            self.vertical_ut,
-        )
-    }
-
-    /// How badly a field in the world fits, µT: the root of the squared misfits in strength and
-    /// vertical part.
-    pub fn mismatch_ut(&self, field: DVec3) -> f64 {
-        self.distance_ut(&Self::of(field))
-    }
-
-    fn distance_ut(&self, other: &Self) -> f64 {
-        let (norm, vertical) = (other.norm_ut - self.norm_ut, other.vertical_ut - self.vertical_ut);
-        libm::sqrt(norm * norm + vertical * vertical)
-    }
-
-    fn follow(&mut self, field: DVec3, share: f64) {
-        let new = Self::of(field);
-        self.norm_ut += share * (new.norm_ut - self.norm_ut);
-        self.vertical_ut += share * (new.vertical_ut - self.vertical_ut);
-    }
-}
 
 /// Angle from the world's north to the horizontal part of a field in the world, east positive, rad.
 ///
@@ -137,57 +94,52 @@ impl Moved {
 /// The compass: the field it expects, and the readings it is averaging.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compass {
-    reference: Option<FieldReference>,
+    expected: Option<Expectation>,
     sum: FieldAverage,
     span_s: f64,
     smooth_mismatch_ut: f64,
     smooth: Option<FieldReference>,
-    /// What the field lacks or has too much of, in the world, smoothed, µT.
-    excess_ut: DVec3,
     /// What the camera did since the deviation was last renewed.
     moved: Moved,
     /// The field when it last changed notably.
     anchor: Option<FieldReference>,
-    disturbed: bool,
 }
 
 impl Compass {
     /// A compass that has seen nothing.
     pub const fn new() -> Self {
         Self {
-            reference: None,
+            expected: None,
             sum: FieldAverage { field: DVec3::ZERO, swing: DVec3::ZERO, count: 0.0 },
             span_s: 0.0,
             smooth_mismatch_ut: 0.0,
             smooth: None,
-            excess_ut: DVec3::ZERO,
             moved: Moved { way_m: 0.0, turn_rad: 0.0, time_s: 0.0 },
             anchor: None,
-            disturbed: false,
         }
     }
 
-    /// Takes the field at the alignment as the reference.
-    pub fn set_reference(&mut self, field: DVec3) {
-        self.reference = Some(FieldReference::of(field));
+    /// Takes the field at the alignment, averaged over some time, s, as the one to expect.
+    pub fn expect(&mut self, field: DVec3, averaged_s: f64) {
+        self.expected = Some(Expectation::of(field, averaged_s));
     }
 
     /// The first field after an alignment without one: the reference, and the angle by which the
     /// world must turn about up for the field to point where it belongs.
     pub(crate) fn adopt(&mut self, field: DVec3, field_bearing_rad: f64) -> Option<f64> {
         let excess = bearing(field)? - field_bearing_rad;
-        self.set_reference(field);
+        self.expect(field, 0.0);
         Some(excess)
     }
 
     /// The undisturbed field, if one is known.
-    pub const fn reference(&self) -> Option<FieldReference> {
-        self.reference
+    pub fn reference(&self) -> Option<FieldReference> {
+        self.expected.map(|expected| expected.reference)
     }
 
     /// Whether the field does not fit the reference.
-    pub const fn is_disturbed(&self) -> bool {
-        self.disturbed
+    pub fn is_disturbed(&self) -> bool {
+        self.expected.is_some_and(|expected| expected.disturbed)
     }
 
     /// Takes note of what the camera did during a step: its length, its turn, its speed.
@@ -236,24 +188,31 @@ impl Compass {
         parameters: &Parameters,
     ) -> Option<CompassReport> {
         let (p, mode) = (&parameters.compass, parameters.heading);
-        let reference = self.reference?;
+        let expected = self.expected.as_mut()?;
+        let reference = expected.reference;
         let field = average.field;
         let angle = bearing(field)?;
         let row = jacobian(field, average.swing)?;
         let horizontal_ut2 = field.x * field.x + field.y * field.y;
         let moved = core::mem::take(&mut self.moved);
         let timing_s2 = square(p.timing_sigma_s) + state.covariance.variance(MAG_DELAY);
+        let tilt2 = state.covariance.variances(ORIENTATION).truncate().max_element();
         let blur_ut = moved.rate_rad_s() * libm::sqrt(timing_s2) * reference.norm_ut;
         let mismatch_ut = (reference.mismatch_ut(field) - blur_ut).max(0.0);
-        let expected = reference.in_world(parameters.field_bearing_rad);
+        let seen = Seen {
+            field,
+            blur_ut: blur_ut + libm::sqrt(tilt2) * reference.norm_ut,
+            bearing_rad: parameters.field_bearing_rad,
+            span_s: moved.time_s,
+            turn_rad: moved.turn_rad,
+        };
+        expected.judge(&seen, p);
         self.smoothen(field, mismatch_ut, p);
-        self.judge(field - expected, blur_ut, p);
         let (believed_ut, change_ut) = match mode {
             HeadingMode::Adaptive => (self.smooth_mismatch_ut, self.change_ut(blur_ut, p)),
             HeadingMode::Continuous | HeadingMode::InitialOnly => (0.0, 0.0),
         };
         renew_deviation(state, &moved, change_ut, believed_ut / libm::sqrt(horizontal_ut2), p);
-        self.follow(field, p);
 
         let jitter_ut = moved.rate_rad_s() * p.timing_sigma_s * reference.norm_ut;
         let noise_ut2 = square(parameters.noise.mag_sigma_ut) / average.count + square(jitter_ut);
@@ -285,30 +244,11 @@ impl Compass {
         change_ut
     }
 
-    /// Decides, with hysteresis, whether the field is disturbed.
-    fn judge(&mut self, excess_ut: DVec3, blur_ut: f64, p: &CompassParameters) {
-        let share = (p.interval_s / p.mismatch_time_constant_s).min(1.0);
-        self.excess_ut += share * (excess_ut - self.excess_ut);
-        let limit_ut = if self.disturbed { 0.6 } else { 1.0 } * p.mismatch_limit_ut;
-        let excess_ut = libm::sqrt(self.excess_ut.length_squared());
-        self.disturbed = excess_ut > limit_ut + blur_ut;
-    }
-
     /// Smooths the field and its mismatch.
     fn smoothen(&mut self, field: DVec3, mismatch_ut: f64, p: &CompassParameters) {
         let share = (p.interval_s / p.mismatch_time_constant_s).min(1.0);
         self.smooth.get_or_insert(FieldReference::of(field)).follow(field, share);
         self.smooth_mismatch_ut += share * (mismatch_ut - self.smooth_mismatch_ut);
-    }
-
-    /// The reference follows an undisturbed field through the building.
-    fn follow(&mut self, field: DVec3, p: &CompassParameters) {
-        if self.disturbed {
-            return;
-        }
-        if let Some(reference) = &mut self.reference {
-            reference.follow(field, (p.interval_s / p.reference_time_constant_s).min(1.0));
-        }
     }
 }
 
