@@ -140,7 +140,7 @@ pub struct CompassParameters {
     /// what can be seen of a disturbance is often the lesser part.
     pub mismatch_weight: f64,
     /// Smoothed mismatch of strength and dip against the reference beyond which the field is called
-    /// disturbed, µT; below six tenths of it the disturbance has ended. Default 4.
+    /// disturbed, µT; below six tenths of it the disturbance has ended. Default 3.5.
     pub mismatch_limit_ut: f64,
     /// Time constant of that smoothing, s. Default 0.3.
     pub mismatch_time_constant_s: f64,
@@ -232,7 +232,7 @@ impl Default for Parameters {
                 timing_sigma_s: 0.005,
                 change_ut: 1.5,
                 mismatch_weight: 5.0,
-                mismatch_limit_ut: 4.0,
+                mismatch_limit_ut: 3.5,
                 mismatch_time_constant_s: 0.3,
                 reference_time_constant_s: 30.0,
                 interval_s: 0.02,

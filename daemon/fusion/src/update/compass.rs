@@ -288,14 +288,19 @@ fn steer(state: &mut State, row: &Row, residual: f64, variance: f64) -> Outcome 
     for learnt in LEARNT {
         gain[learnt] = ph[learnt] / innovation;
     }
+    // Of the gyroscope's bias only what turns the heading: the rest would be learnt from how a tilt
+    // shows in the bearing.
+    let up = state.orientation.conjugate() * DVec3::Z;
+    let bias = DVec3::from_slice(&ph[GYRO_BIAS.0..GYRO_BIAS.0 + 3]);
+    let vertical = up * (up.dot(bias) / innovation);
+    gain[GYRO_BIAS.0..GYRO_BIAS.0 + 3].copy_from_slice(&vertical.to_array());
     state.correct(&gain.map(|k| k * residual));
     state.covariance.update_with_gain(&ph, &gain, innovation);
     Outcome { residual, nis: residual * residual / innovation, used: true }
 }
 
 /// The states that the heading teaches.
-const LEARNT: [usize; 6] =
-    [ORIENTATION.0 + 2, DEVIATION, MAG_DELAY, GYRO_BIAS.0, GYRO_BIAS.0 + 1, GYRO_BIAS.0 + 2];
+const LEARNT: [usize; 3] = [ORIENTATION.0 + 2, DEVIATION, MAG_DELAY];
 
 impl Default for Compass {
     fn default() -> Self {

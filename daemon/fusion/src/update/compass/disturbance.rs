@@ -45,7 +45,7 @@ const END: f64 = 0.6;
 /// fixed to the camera would have changed meanwhile (Laidig and Seel 2023 accept a new norm and dip
 /// so).
 const ACCEPT_TURN_RAD: f64 = 6.0;
-const ACCEPT_S: f64 = 20.0;
+const ACCEPT_S: f64 = 120.0;
 
 impl Expectation {
     /// Expects a field that was averaged over some time, s.
