@@ -70,7 +70,7 @@ impl HardIron {
         self.correction = self.worth_correcting(p);
     }
 
-    /// What is beyond the dead zone, up to the bound, µT.
+    /// What is believed beyond the dead zone, up to the bound, µT.
     ///
     /// Rooms are not random enough for a small `b` to be believed: a camera that prefers some
     /// headings in some corners sees hard iron of a microtesla or two that is none.
@@ -80,7 +80,9 @@ impl HardIron {
         if size_ut <= p.dead_zone_ut {
             return DVec3::ZERO;
         }
-        b * ((size_ut - p.dead_zone_ut).min(p.bound_ut) / size_ut)
+        // James and Stein's factor: large magnets are taken off nearly whole.
+        let believed = 1.0 - p.dead_zone_ut * p.dead_zone_ut / (size_ut * size_ut);
+        b * believed.min(p.bound_ut / size_ut)
     }
 
     /// One axis of `R m = R b + h + n`.

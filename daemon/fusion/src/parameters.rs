@@ -148,8 +148,12 @@ pub struct CompassParameters {
     pub reference_time_constant_s: f64,
     /// Seconds over which readings are averaged before an update. Default 0.02.
     pub interval_s: f64,
-    /// Normalised innovation beyond which an update is weakened. Default 1.5.
+    /// Normalised innovation beyond which an update is weakened, and beyond twice which it is refused.
+    /// Default 1.5.
     pub gate_sigma: f64,
+    /// Time after which innovations are no longer refused, only weakened, s. Long withstands long
+    /// disturbances, short finds back sooner from a wrong heading. Default 120.
+    pub patience_s: f64,
 }
 
 /// Refinement of the hard iron while running.
@@ -161,7 +165,7 @@ pub struct HardIronParameters {
     /// Default 2.
     pub prior_sigma_ut: f64,
     /// Hard iron that is left alone, µT. Small follows what rooms feign, large leaves more of a
-    /// magnet in. Default 3.
+    /// magnet in. Default 3.5.
     pub dead_zone_ut: f64,
     /// Largest correction, µT. Default 30.
     pub bound_ut: f64,
@@ -237,11 +241,12 @@ impl Default for Parameters {
                 reference_time_constant_s: 30.0,
                 interval_s: 0.02,
                 gate_sigma: 1.5,
+                patience_s: 120.0,
             },
             hard_iron: HardIronParameters {
                 enabled: true,
                 prior_sigma_ut: 2.0,
-                dead_zone_ut: 3.0,
+                dead_zone_ut: 3.5,
                 bound_ut: 30.0,
                 room_sigma_ut: 2.0,
                 walk_ut: 0.1,

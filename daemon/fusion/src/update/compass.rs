@@ -101,6 +101,8 @@ pub struct Compass {
     smooth: Option<FieldReference>,
     /// What the camera did since the deviation was last renewed.
     moved: Moved,
+    /// Time since an innovation was last within twice the gate, s.
+    refused_s: f64,
     /// The field when it last changed notably.
     anchor: Option<FieldReference>,
 }
@@ -115,6 +117,7 @@ impl Compass {
             smooth_mismatch_ut: 0.0,
             smooth: None,
             moved: Moved { way_m: 0.0, turn_rad: 0.0, time_s: 0.0 },
+            refused_s: 0.0,
             anchor: None,
         }
     }
@@ -179,8 +182,8 @@ impl Compass {
 
     /// Updates the heading with an average of readings.
     ///
-    /// An innovation beyond the gate is not refused, which could lock a wrong heading in for ever:
-    /// its variance is raised until it sits on the gate. Beyond twice the gate it counts as not used.
+    /// The variance of an innovation beyond the gate is raised until it sits on the gate. Beyond twice
+    /// the gate it is refused, but not for ever, which could lock a wrong heading in.
     pub(crate) fn update(
         &mut self,
         state: &mut State,
@@ -207,9 +210,12 @@ impl Compass {
             turn_rad: moved.turn_rad,
         };
         expected.judge(&seen, p);
+        let doubt_ut = expected.doubt_ut(p.patience_s);
         self.smoothen(field, mismatch_ut, p);
         let (believed_ut, change_ut) = match mode {
-            HeadingMode::Adaptive => (self.smooth_mismatch_ut, self.change_ut(blur_ut, p)),
+            HeadingMode::Adaptive => {
+                (self.smooth_mismatch_ut.max(doubt_ut), self.change_ut(blur_ut, p))
+            }
             HeadingMode::Continuous | HeadingMode::InitialOnly => (0.0, 0.0),
         };
         renew_deviation(state, &moved, change_ut, believed_ut / libm::sqrt(horizontal_ut2), p);
@@ -223,13 +229,27 @@ impl Compass {
         let outcome = match mode {
             HeadingMode::InitialOnly => Outcome { residual, nis, used: false },
             HeadingMode::Continuous => steer(state, &row, residual, variance),
+            HeadingMode::Adaptive if self.refuses(excess, moved.time_s, p) => {
+                Outcome { residual, nis, used: false }
+            }
             HeadingMode::Adaptive => Outcome {
-                used: excess <= 4.0,
+                used: excess <= REFUSED,
                 nis,
                 ..steer(state, &row, residual, variance * excess.max(1.0))
             },
         };
         Some(CompassReport { outcome, norm_ut: libm::sqrt(field.length_squared()), mismatch_ut })
+    }
+
+    /// Whether an innovation, as a multiple of the gate, squared, is refused: beyond twice the gate, but
+    /// no longer than patience lasts.
+    fn refuses(&mut self, excess: f64, span_s: f64, p: &CompassParameters) -> bool {
+        if excess <= REFUSED {
+            self.refused_s = 0.0;
+            return false;
+        }
+        self.refused_s += span_s;
+        self.refused_s < p.patience_s
     }
 
     /// How much strength and dip changed, if notably: by more than a turning camera's blur.
@@ -298,6 +318,9 @@ fn steer(state: &mut State, row: &Row, residual: f64, variance: f64) -> Outcome 
     state.covariance.update_with_gain(&ph, &gain, innovation);
     Outcome { residual, nis: residual * residual / innovation, used: true }
 }
+
+/// Square of the multiple of the gate beyond which an innovation is refused.
+const REFUSED: f64 = 4.0;
 
 /// The states that the heading teaches.
 const LEARNT: [usize; 3] = [ORIENTATION.0 + 2, DEVIATION, MAG_DELAY];

@@ -14,6 +14,7 @@ pub(super) struct Expectation {
     /// What the field has too much of, in the world, smoothed, µT.
     excess_ut: DVec3,
     pub(super) disturbed: bool,
+    disturbed_s: f64,
     candidate: Option<Candidate>,
 }
 
@@ -55,6 +56,7 @@ impl Expectation {
             age_s,
             excess_ut: DVec3::ZERO,
             disturbed: false,
+            disturbed_s: 0.0,
             candidate: None,
         }
     }
@@ -68,12 +70,24 @@ impl Expectation {
         let size_ut = libm::sqrt(self.excess_ut.length_squared());
         self.disturbed = size_ut > limit_ut + seen.blur_ut;
         if self.disturbed {
+            self.disturbed_s += seen.span_s;
             self.consider(seen, p);
         } else {
+            self.disturbed_s = 0.0;
             self.candidate = None;
             self.age_s += seen.span_s;
             let time_constant_s = p.reference_time_constant_s.min(self.age_s);
             self.reference.follow(seen.field, (seen.span_s / time_constant_s).min(1.0));
+        }
+    }
+
+    /// Size of a disturbance, µT, in which what turns the heading counts as well; 0 without one, and
+    /// when it lasts longer than patience, s: then it may be the heading that is wrong.
+    pub(super) fn doubt_ut(&self, patience_s: f64) -> f64 {
+        if self.disturbed && self.disturbed_s < patience_s {
+            libm::sqrt(self.excess_ut.length_squared())
+        } else {
+            0.0
         }
     }
 
