@@ -132,11 +132,11 @@ pub struct CompassParameters {
     pub delay_sigma_s: f64,
     /// Uncertainty of a single reading's time around that delay, 1σ, s. Default 0.005.
     pub timing_sigma_s: f64,
-    /// Change of strength and dip, µT, by which the deviation counts as changed. Small doubts the
-    /// compass at every noise, large misses disturbances that come on in small steps. Default 1.5.
+    /// Change of the field in the world, µT, by which the deviation counts as changed. Small doubts the
+    /// compass at every noise, large misses disturbances that come on in small steps. Default 2.
     pub change_ut: f64,
     /// Variance of the deviation for each squared mismatch, both as fields, µT²/µT². A half if a
-    /// disturbance has no favourite direction. Large trusts a misfitting field less. Default 5:
+    /// disturbance has no favourite direction. Large trusts a misfitting field less. Default 3:
     /// what can be seen of a disturbance is often the lesser part.
     pub mismatch_weight: f64,
     /// Smoothed mismatch of strength and dip against the reference beyond which the field is called
@@ -234,8 +234,8 @@ impl Default for Parameters {
                 deviation_time_s: 300.0,
                 delay_sigma_s: 0.02,
                 timing_sigma_s: 0.005,
-                change_ut: 1.5,
-                mismatch_weight: 5.0,
+                change_ut: 2.0,
+                mismatch_weight: 3.0,
                 mismatch_limit_ut: 3.5,
                 mismatch_time_constant_s: 0.3,
                 reference_time_constant_s: 30.0,

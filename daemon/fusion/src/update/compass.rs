@@ -98,13 +98,13 @@ pub struct Compass {
     sum: FieldAverage,
     span_s: f64,
     smooth_mismatch_ut: f64,
-    smooth: Option<FieldReference>,
+    smooth: Option<DVec3>,
     /// What the camera did since the deviation was last renewed.
     moved: Moved,
     /// Time since an innovation was last within twice the gate, s.
     refused_s: f64,
     /// The field when it last changed notably.
-    anchor: Option<FieldReference>,
+    anchor: Option<DVec3>,
 }
 
 impl Compass {
@@ -214,7 +214,8 @@ impl Compass {
         self.smoothen(field, mismatch_ut, p);
         let (believed_ut, change_ut) = match mode {
             HeadingMode::Adaptive => {
-                (self.smooth_mismatch_ut.max(doubt_ut), self.change_ut(blur_ut, p))
+                let change_ut = self.change_ut(blur_ut, p);
+                (self.smooth_mismatch_ut.max(doubt_ut).max(change_ut), change_ut)
             }
             HeadingMode::Continuous | HeadingMode::InitialOnly => (0.0, 0.0),
         };
@@ -256,7 +257,7 @@ impl Compass {
     fn change_ut(&mut self, blur_ut: f64, p: &CompassParameters) -> f64 {
         let Some(now) = self.smooth else { return 0.0 };
         let anchor = self.anchor.get_or_insert(now);
-        let change_ut = anchor.distance_ut(&now);
+        let change_ut = libm::sqrt((now - *anchor).length_squared());
         if change_ut < p.change_ut + 2.0 * blur_ut {
             return 0.0;
         }
@@ -267,7 +268,8 @@ impl Compass {
     /// Smooths the field and its mismatch.
     fn smoothen(&mut self, field: DVec3, mismatch_ut: f64, p: &CompassParameters) {
         let share = (p.interval_s / p.mismatch_time_constant_s).min(1.0);
-        self.smooth.get_or_insert(FieldReference::of(field)).follow(field, share);
+        let smooth = self.smooth.get_or_insert(field);
+        *smooth += share * (field - *smooth);
         self.smooth_mismatch_ut += share * (mismatch_ut - self.smooth_mismatch_ut);
     }
 }
