@@ -26,7 +26,6 @@ pub(crate) struct Aids {
     hard_iron: HardIron,
     pub(crate) heading_origin: HeadingOrigin,
     since_compass_s: f64,
-    pub(crate) magnetic_norm_ut: Option<f64>,
 }
 
 /// What is due after a step.
@@ -47,7 +46,6 @@ impl Aids {
             hard_iron: HardIron::new(&p.hard_iron),
             heading_origin: HeadingOrigin::Arbitrary,
             since_compass_s: 0.0,
-            magnetic_norm_ut: None,
         }
     }
 
@@ -149,7 +147,6 @@ impl Aids {
         p: &Parameters,
     ) -> Option<CompassReport> {
         let report = self.compass.update(state, field, p)?;
-        self.magnetic_norm_ut = Some(report.norm_ut);
         if report.outcome.used {
             self.since_compass_s = 0.0;
         }

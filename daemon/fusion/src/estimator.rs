@@ -85,8 +85,8 @@ pub struct Estimate {
     pub at_rest: bool,
     /// The magnetic field does not fit the reference.
     pub magnetic_disturbance: bool,
-    /// Strength of the field in the last average, µT, if there was one.
-    pub magnetic_norm_ut: Option<f64>,
+    /// The field in the world, smoothed, µT, if the magnetometer spoke.
+    pub magnetic_field_ut: Option<DVec3>,
 }
 
 /// The estimator's state; a copy of it saves and restores the filter.
@@ -188,7 +188,7 @@ impl Estimator {
             heading_origin: self.aids.heading_origin,
             at_rest: self.aids.at_rest,
             magnetic_disturbance: self.aids.compass.is_disturbed(),
-            magnetic_norm_ut: self.aids.magnetic_norm_ut,
+            magnetic_field_ut: self.aids.compass.field_ut(),
         })
     }
 

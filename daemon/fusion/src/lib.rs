@@ -48,3 +48,4 @@ pub use rest::{RestDetector, WindowStatistics};
 pub use sample::ImuSample;
 pub use state::State;
 pub use time::{SensorSpan, SensorTime};
+pub use update::compass::FieldReference;

@@ -6,7 +6,9 @@ use lodestone_config::Calibration;
 use lodestone_config::model::{
     Camera, Config, HeadingMode as Mode, Noise, North, ValidityBounds, World,
 };
-use lodestone_fusion::{GridParameters, HeadingMode, Parameters, SensorNoise, SensorSpan};
+use lodestone_fusion::{
+    FieldReference, GridParameters, HeadingMode, Parameters, SensorNoise, SensorSpan,
+};
 
 use super::Conditioner;
 use crate::driver::synthetic::{EarthField, FieldError};
@@ -37,6 +39,8 @@ pub struct LaneSettings {
     pub validity: ValidityBounds,
     /// Silence and gaps.
     pub timing: Timing,
+    /// The earth's field at the configured place and date, where the World Magnetic Model covers it.
+    pub earth: Option<FieldReference>,
 }
 
 impl LaneSettings {
@@ -68,6 +72,9 @@ impl LaneSettings {
                 ..parameters_of(config, camera, calibration)?
             },
             validity: config.estimator.validity,
+            earth: EarthField::of(&config.world)
+                .ok()
+                .map(|field| FieldReference::of(field.world_ut)),
             timing: Timing {
                 stale_after: Duration::from_secs_f64(lane.stale_after_s),
                 reset_after: SensorSpan::from_secs_f64(lane.reset_after_s),
@@ -99,7 +106,12 @@ fn parameters_of(
         },
         alignment: lodestone_fusion::AlignmentParameters {
             rest_s: config.estimator.alignment_rest_s,
+            motion_s: Some(config.estimator.alignment_motion_s).filter(|s| *s > 0.0),
             ..defaults.alignment
+        },
+        hard_iron: lodestone_fusion::HardIronParameters {
+            enabled: config.estimator.hard_iron_refinement,
+            ..defaults.hard_iron
         },
         ..defaults
     })

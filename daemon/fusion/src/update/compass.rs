@@ -140,6 +140,11 @@ impl Compass {
         self.expected.map(|expected| expected.reference)
     }
 
+    /// The field in the world, smoothed over some tenths of a second, µT.
+    pub(crate) const fn field_ut(&self) -> Option<DVec3> {
+        self.smooth
+    }
+
     /// Whether the field does not fit the reference.
     pub fn is_disturbed(&self) -> bool {
         self.expected.is_some_and(|expected| expected.disturbed)

@@ -134,7 +134,7 @@ fn without_a_magnetometer_the_heading_is_called_arbitrary() {
     scene.pass(10.0, CARRIED);
     let estimate = scene.estimate();
     assert_eq!(estimate.heading_origin, HeadingOrigin::Arbitrary);
-    assert_eq!(estimate.magnetic_norm_ut, None);
+    assert_eq!(estimate.magnetic_field_ut, None);
     let heading = estimate.orientation_covariance.z_axis.z;
     assert!(heading > 9.8, "nothing measures it, yet its variance is {heading} rad²");
     let up = scene.truth.orientation.conjugate() * DVec3::Z;

@@ -39,7 +39,8 @@ impl FieldReference {
         self.distance_ut(&Self::of(field))
     }
 
-    pub(super) fn distance_ut(&self, other: &Self) -> f64 {
+    /// Distance of strength and vertical part, µT.
+    pub fn distance_ut(&self, other: &Self) -> f64 {
         let (norm, vertical) = (other.norm_ut - self.norm_ut, other.vertical_ut - self.vertical_ut);
         libm::sqrt(norm * norm + vertical * vertical)
     }
