@@ -97,8 +97,8 @@ impl Covariance {
         self.forget(index, 0.0);
         let by_others = self.times(row);
         let variance: f64 = row.iter().zip(&by_others).map(|(a, b)| a * b).sum();
-        for k in 0..STATES {
-            self.set(index, k, -by_others[k]);
+        for (k, by_other) in by_others.iter().enumerate() {
+            self.set(index, k, -by_other);
         }
         self.set(index, index, variance + noise);
     }

@@ -204,56 +204,81 @@ impl Default for Parameters {
             field_bearing_rad: 0.0,
             lead_s: 0.0,
             gravity_m_s2: 9.81,
-            alignment: AlignmentParameters {
-                rest_s: 1.0,
-                gravity_tolerance_m_s2: 0.6,
-                max_bias_rad_s: 0.03,
-                motion_s: Some(1.8),
-                motion_speed_sigma_m_s: 1.5,
-                motion_start_sigma_m_s: 10.0,
-            },
-            rest: RestParameters {
-                window_s: 0.5,
-                rate_deviation_rad_s: 0.02,
-                force_deviation_m_s2: 0.15,
-                mean_rate_rad_s: 0.004,
-                velocity_sigma_m_s: 0.01,
-                interval_s: 0.05,
-            },
-            levelling: LevellingParameters {
-                time_constant_s: 3.0,
-                sigma_m_s: 0.3,
-                interval_s: 0.1,
-                gate_sigma: 3.0,
-            },
-            compass: CompassParameters {
-                systematic_sigma_rad: 0.026,
-                deviation_sigma_rad: 0.035,
-                deviation_turn_rad: 3.0,
-                deviation_way_m: 0.4,
-                deviation_time_s: 300.0,
-                delay_sigma_s: 0.02,
-                timing_sigma_s: 0.005,
-                change_ut: 2.0,
-                mismatch_weight: 3.0,
-                mismatch_limit_ut: 3.5,
-                mismatch_time_constant_s: 0.3,
-                reference_time_constant_s: 30.0,
-                interval_s: 0.02,
-                gate_sigma: 1.5,
-                patience_s: 120.0,
-            },
-            hard_iron: HardIronParameters {
-                enabled: true,
-                prior_sigma_ut: 2.0,
-                dead_zone_ut: 3.5,
-                bound_ut: 30.0,
-                room_sigma_ut: 2.0,
-                walk_ut: 0.1,
-                renewal_turn_rad: 0.5,
-                renewal_way_m: 0.4,
-                max_rate_rad_s: 2.0,
-            },
+            alignment: AlignmentParameters::default(),
+            rest: RestParameters::default(),
+            levelling: LevellingParameters::default(),
+            compass: CompassParameters::default(),
+            hard_iron: HardIronParameters::default(),
+        }
+    }
+}
+
+impl Default for AlignmentParameters {
+    fn default() -> Self {
+        Self {
+            rest_s: 1.0,
+            gravity_tolerance_m_s2: 0.6,
+            max_bias_rad_s: 0.03,
+            motion_s: Some(1.8),
+            motion_speed_sigma_m_s: 1.5,
+            motion_start_sigma_m_s: 10.0,
+        }
+    }
+}
+
+impl Default for RestParameters {
+    fn default() -> Self {
+        Self {
+            window_s: 0.5,
+            rate_deviation_rad_s: 0.02,
+            force_deviation_m_s2: 0.15,
+            mean_rate_rad_s: 0.004,
+            velocity_sigma_m_s: 0.01,
+            interval_s: 0.05,
+        }
+    }
+}
+
+impl Default for LevellingParameters {
+    fn default() -> Self {
+        Self { time_constant_s: 3.0, sigma_m_s: 0.3, interval_s: 0.1, gate_sigma: 3.0 }
+    }
+}
+
+impl Default for CompassParameters {
+    fn default() -> Self {
+        Self {
+            systematic_sigma_rad: 0.026,
+            deviation_sigma_rad: 0.035,
+            deviation_turn_rad: 3.0,
+            deviation_way_m: 0.4,
+            deviation_time_s: 300.0,
+            delay_sigma_s: 0.02,
+            timing_sigma_s: 0.005,
+            change_ut: 2.0,
+            mismatch_weight: 3.0,
+            mismatch_limit_ut: 3.5,
+            mismatch_time_constant_s: 0.3,
+            reference_time_constant_s: 30.0,
+            interval_s: 0.02,
+            gate_sigma: 1.5,
+            patience_s: 120.0,
+        }
+    }
+}
+
+impl Default for HardIronParameters {
+    fn default() -> Self {
+        Self {
+            enabled: true,
+            prior_sigma_ut: 2.0,
+            dead_zone_ut: 3.5,
+            bound_ut: 30.0,
+            room_sigma_ut: 2.0,
+            walk_ut: 0.1,
+            renewal_turn_rad: 0.5,
+            renewal_way_m: 0.4,
+            max_rate_rad_s: 2.0,
         }
     }
 }

@@ -19,6 +19,7 @@ pub enum Phase {
 
 /// What one step of the grid brought.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a fact of its own about a step")]
 pub struct StepOutput {
     /// The step's end.
     pub time: SensorTime,

@@ -12,9 +12,11 @@
 
 use glam::DVec3;
 
+mod deviation;
 mod disturbance;
 mod reference;
 
+use deviation::{Moved, renew};
 use disturbance::{Expectation, Seen};
 pub use reference::FieldReference;
 
@@ -76,19 +78,37 @@ pub(crate) struct FieldAverage {
     pub(crate) count: f64,
 }
 
-/// Reasons for the deviation to be another one.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Moved {
-    way_m: f64,
-    turn_rad: f64,
-    time_s: f64,
+/// What speaks against a field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Doubt {
+    /// Size of what is wrong with it, as far as can be seen, µT.
+    size_ut: f64,
+    /// How much it changed of late, if notably, µT.
+    change_ut: f64,
 }
 
-impl Moved {
-    /// Mean angular rate.
-    fn rate_rad_s(&self) -> f64 {
-        if self.time_s > 0.0 { self.turn_rad / self.time_s } else { 0.0 }
-    }
+impl Doubt {
+    const NONE: Self = Self { size_ut: 0.0, change_ut: 0.0 };
+}
+
+/// A field compared with the expected one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Examined {
+    doubt: Doubt,
+    /// Misfit of strength and vertical part beyond a turning camera's blur, µT.
+    mismatch_ut: f64,
+    /// Strength of the expected field, µT.
+    strength_ut: f64,
+}
+
+/// A bearing against the expected one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Innovation {
+    row: Row,
+    /// rad.
+    residual: f64,
+    /// Of the reading alone, rad².
+    variance: f64,
 }
 
 /// The compass: the field it expects, and the readings it is averaging.
@@ -195,14 +215,42 @@ impl Compass {
         average: &FieldAverage,
         parameters: &Parameters,
     ) -> Option<CompassReport> {
-        let (p, mode) = (&parameters.compass, parameters.heading);
-        let expected = self.expected.as_mut()?;
-        let reference = expected.reference;
+        let p = &parameters.compass;
         let field = average.field;
         let angle = bearing(field)?;
         let row = jacobian(field, average.swing)?;
         let horizontal_ut2 = field.x * field.x + field.y * field.y;
         let moved = core::mem::take(&mut self.moved);
+        let examined = self.examine(state, field, &moved, parameters)?;
+        let doubt = match parameters.heading {
+            HeadingMode::Adaptive => examined.doubt,
+            HeadingMode::Continuous | HeadingMode::InitialOnly => Doubt::NONE,
+        };
+        let size_rad = doubt.size_ut / libm::sqrt(horizontal_ut2);
+        renew(state, &moved, doubt.change_ut, size_rad, p);
+
+        let jitter_ut = moved.rate_rad_s() * p.timing_sigma_s * examined.strength_ut;
+        let noise_ut2 = square(parameters.noise.mag_sigma_ut) / average.count + square(jitter_ut);
+        let residual = wrap(angle - parameters.field_bearing_rad - state.deviation);
+        let innovation = Innovation { row, residual, variance: noise_ut2 / horizontal_ut2 };
+        Some(CompassReport {
+            outcome: self.steer_as_allowed(state, &innovation, moved.time_s, parameters),
+            norm_ut: libm::sqrt(field.length_squared()),
+            mismatch_ut: examined.mismatch_ut,
+        })
+    }
+
+    /// Compares a field with the expected one and with itself a moment ago.
+    fn examine(
+        &mut self,
+        state: &State,
+        field: DVec3,
+        moved: &Moved,
+        parameters: &Parameters,
+    ) -> Option<Examined> {
+        let p = &parameters.compass;
+        let expected = self.expected.as_mut()?;
+        let reference = expected.reference;
         let timing_s2 = square(p.timing_sigma_s) + state.covariance.variance(MAG_DELAY);
         let tilt2 = state.covariance.variances(ORIENTATION).truncate().max_element();
         let blur_ut = moved.rate_rad_s() * libm::sqrt(timing_s2) * reference.norm_ut;
@@ -215,36 +263,37 @@ impl Compass {
             turn_rad: moved.turn_rad,
         };
         expected.judge(&seen, p);
-        let doubt_ut = expected.doubt_ut(p.patience_s);
+        let disturbance_ut = expected.doubt_ut(p.patience_s);
         self.smoothen(field, mismatch_ut, p);
-        let (believed_ut, change_ut) = match mode {
-            HeadingMode::Adaptive => {
-                let change_ut = self.change_ut(blur_ut, p);
-                (self.smooth_mismatch_ut.max(doubt_ut).max(change_ut), change_ut)
-            }
-            HeadingMode::Continuous | HeadingMode::InitialOnly => (0.0, 0.0),
-        };
-        renew_deviation(state, &moved, change_ut, believed_ut / libm::sqrt(horizontal_ut2), p);
+        let change_ut = self.change_ut(blur_ut, p);
+        let size_ut = self.smooth_mismatch_ut.max(disturbance_ut).max(change_ut);
+        let doubt = Doubt { size_ut, change_ut };
+        Some(Examined { doubt, mismatch_ut, strength_ut: reference.norm_ut })
+    }
 
-        let jitter_ut = moved.rate_rad_s() * p.timing_sigma_s * reference.norm_ut;
-        let noise_ut2 = square(parameters.noise.mag_sigma_ut) / average.count + square(jitter_ut);
-        let variance = noise_ut2 / horizontal_ut2;
-        let residual = wrap(angle - parameters.field_bearing_rad - state.deviation);
-        let nis = residual * residual / innovation_variance(state, &row, variance);
+    /// Steers by an innovation as far as the mode and the gate allow.
+    fn steer_as_allowed(
+        &mut self,
+        state: &mut State,
+        innovation: &Innovation,
+        span_s: f64,
+        parameters: &Parameters,
+    ) -> Outcome {
+        let Innovation { row, residual, variance } = innovation;
+        let p = &parameters.compass;
+        let nis = residual * residual / innovation_variance(state, row, *variance);
         let excess = nis / (p.gate_sigma * p.gate_sigma);
-        let outcome = match mode {
-            HeadingMode::InitialOnly => Outcome { residual, nis, used: false },
-            HeadingMode::Continuous => steer(state, &row, residual, variance),
-            HeadingMode::Adaptive if self.refuses(excess, moved.time_s, p) => {
-                Outcome { residual, nis, used: false }
-            }
+        let unused = Outcome { residual: *residual, nis, used: false };
+        match parameters.heading {
+            HeadingMode::InitialOnly => unused,
+            HeadingMode::Continuous => steer(state, row, *residual, *variance),
+            HeadingMode::Adaptive if self.refuses(excess, span_s, p) => unused,
             HeadingMode::Adaptive => Outcome {
                 used: excess <= REFUSED,
                 nis,
-                ..steer(state, &row, residual, variance * excess.max(1.0))
+                ..steer(state, row, *residual, variance * excess.max(1.0))
             },
-        };
-        Some(CompassReport { outcome, norm_ut: libm::sqrt(field.length_squared()), mismatch_ut })
+        }
     }
 
     /// Whether an innovation, as a multiple of the gate, squared, is refused: beyond twice the gate, but
@@ -258,7 +307,7 @@ impl Compass {
         self.refused_s < p.patience_s
     }
 
-    /// How much strength and dip changed, if notably: by more than a turning camera's blur.
+    /// How much the field changed, if notably: by more than a turning camera's blur.
     fn change_ut(&mut self, blur_ut: f64, p: &CompassParameters) -> f64 {
         let Some(now) = self.smooth else { return 0.0 };
         let anchor = self.anchor.get_or_insert(now);
@@ -277,30 +326,6 @@ impl Compass {
         *smooth += share * (field - *smooth);
         self.smooth_mismatch_ut += share * (mismatch_ut - self.smooth_mismatch_ut);
     }
-}
-
-/// Lets the deviation become another one, as far as there is reason to: the camera turned, went
-/// on, time passed, or strength and dip changed.
-///
-/// A deviation that is renewed is drawn towards zero with the variance that the present field
-/// deserves: what a usual room does, and what is off in the two directions that can be seen.
-fn renew_deviation(
-    state: &mut State,
-    moved: &Moved,
-    change_ut: f64,
-    mismatch_rad: f64,
-    p: &CompassParameters,
-) {
-    let renewed = moved.way_m / p.deviation_way_m
-        + moved.turn_rad / p.deviation_turn_rad
-        + moved.time_s / p.deviation_time_s
-        + change_ut / p.change_ut;
-    let usual = p.deviation_sigma_rad * p.deviation_sigma_rad;
-    let by_mismatch = p.mismatch_weight * mismatch_rad * mismatch_rad;
-    let kept = libm::exp(-renewed);
-    state.covariance.scale(DEVIATION, 1, kept);
-    state.covariance.add_variance(DEVIATION, (usual + by_mismatch) * (1.0 - kept * kept));
-    state.deviation *= kept;
 }
 
 /// Applies a heading residual to what it is allowed to teach: heading, deviation, delay and
