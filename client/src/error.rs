@@ -146,7 +146,7 @@ pub enum LookupError {
     #[error("no pose has come yet")]
     Empty,
     /// The time is before everything kept.
-    #[error("{asked_ns} ns is {} ms before the oldest pose kept, of {oldest_ns} ns: keep a longer history, or ask earlier", ms(*.oldest_ns, *.asked_ns))]
+    #[error("{asked_ns} ns is {:.1} ms before the oldest pose kept, of {oldest_ns} ns: keep a longer history, or ask sooner after the image", ms(*.oldest_ns, *.asked_ns))]
     TooOld {
         /// Time of the oldest pose of this history, `CLOCK_MONOTONIC`, ns.
         oldest_ns: i64,
@@ -154,7 +154,7 @@ pub enum LookupError {
         asked_ns: i64,
     },
     /// The time is further ahead than may be predicted.
-    #[error("{asked_ns} ns is {} ms after the newest pose, of {newest_ns} ns; prediction is allowed for {} ms", ms(*.asked_ns, *.newest_ns), ms(*.cap_ns, 0))]
+    #[error("{asked_ns} ns is {:.1} ms after the newest pose, of {newest_ns} ns; prediction is allowed for {:.1} ms", ms(*.asked_ns, *.newest_ns), ms(*.cap_ns, 0))]
     TooNew {
         /// Time of the newest pose, `CLOCK_MONOTONIC`, ns.
         newest_ns: i64,
@@ -164,7 +164,7 @@ pub enum LookupError {
         cap_ns: i64,
     },
     /// Poses around the time are too far apart to say what was between them.
-    #[error("{asked_ns} ns lies in a gap of {} ms between poses; interpolation is allowed across {} ms", ms(*.after_ns, *.before_ns), ms(*.limit_ns, 0))]
+    #[error("{asked_ns} ns lies in a gap of {:.1} ms between poses; interpolation is allowed across {:.1} ms", ms(*.after_ns, *.before_ns), ms(*.limit_ns, 0))]
     Gap {
         /// Time of the last pose before, `CLOCK_MONOTONIC`, ns.
         before_ns: i64,

@@ -164,8 +164,8 @@ const SHARED_MEMORY: &[Key] = &[
         "wake_events",
         Switch,
         "",
-        "Raise an iceoryx2 event with every pose, for consumers that want a wake-up. It costs \
-         the lane tens of microseconds a step.",
+        "Raise an iceoryx2 event with every pose, for consumers that want a wake-up. A thread \
+         beside the lanes raises it; the lane does not wait.",
     ),
     key("publish_samples", Switch, "", "Publish calibrated sensor samples beside the poses."),
 ];
@@ -227,6 +227,20 @@ const ESTIMATOR: &[Key] = &[
         "s",
         "Rest needed before the initial alignment. Small: starts sooner, with a worse gyroscope \
          bias. Large: waits longer for a vehicle that idles.",
+    ),
+    key(
+        "alignment_motion_s",
+        Number(from_to(0.0, 60.0)),
+        "s",
+        "Time after which a camera that does not come to rest is aligned coarsely, to some degrees; \
+         0 never. Small: a sudden start tilts it. Large: waits longer.",
+    ),
+    key(
+        "hard_iron_refinement",
+        Switch,
+        "",
+        "Whether a magnet that was mounted on the camera or moved since the calibration is learnt \
+         while running, once the camera has turned: from 3.5 µT, up to 30 µT.",
     ),
 ];
 

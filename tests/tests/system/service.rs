@@ -100,22 +100,31 @@ fn on_two_threads_poses_come_as_well() {
 
 #[test]
 fn given_a_recording_that_repeats_then_each_round_is_a_new_start_that_consumers_are_told_of() {
+    const LENGTH_S: f64 = 4.0;
+    const SPEED: f64 = 4.0;
     let domain = TestDomain::new();
-    Recorded::of(TrajectoryKind::Standing, 1, 4.0).write(&domain.directory().join("made.csv"));
-    let configuration = domain.configuration(
+    Recorded::of(TrajectoryKind::Standing, 1, LENGTH_S).write(&domain.directory().join("made.csv"));
+    let configuration = domain.configuration(&format!(
         "[[camera]]\nname = \"recorded\"\ndriver = \"replay\"\n\
-         replay = { file = \"made.csv\", speed = 4.0, repeat = true }\n",
-    );
+         replay = {{ file = \"made.csv\", speed = {SPEED:?}, repeat = true }}\n",
+    ));
     let daemon = Daemon::start(&configuration);
     let follower = Follower::start(&domain, "recorded");
 
-    let pose = eventually("the third round begins", || {
+    let first = eventually("the first pose comes", || {
+        let pose = follower.tally().latest;
+        pose["time_ns"].is_i64().then_some(pose)
+    });
+    let third = eventually("the third round begins", || {
         let pose = follower.tally().latest;
         (pose["reset_counter"].as_u64()? >= 2).then_some(pose)
     });
 
-    // Host time goes on while the recording's runs back, and no round is a new daemon.
-    assert!(pose["sensor_time_ns"].as_i64() < pose["time_ns"].as_i64(), "{pose}");
+    // Host time goes on while the recording's has run back twice, and no round is a new daemon.
+    let elapsed_s =
+        |key: &str| (third[key].as_i64().unwrap() - first[key].as_i64().unwrap()) as f64 * 1e-9;
+    let gone_back_s = SPEED * elapsed_s("time_ns") - elapsed_s("sensor_time_ns");
+    assert!(gone_back_s > 1.5 * LENGTH_S, "{gone_back_s} s back, from {first} to {third}");
     assert_eq!(follower.tally().runs_after_first, 0);
     assert_eq!(follower.stop(), Some(0));
     daemon.signal(Signal::TERM);
