@@ -22,6 +22,7 @@ fn full_camera() -> Camera {
         mounting: Mounting::default(),
         axis_map: Some(AxisMap::default()),
         noise: Some(CameraModel::Zed2i.noise()),
+        imu_delay_s: 0.004,
         calibration: Some("front.toml".into()),
         synthetic: Some(full_synthetic()),
         replay: Some(Replay { file: "walk.csv".into(), speed: 1.0, repeat: false }),

@@ -24,6 +24,8 @@ bitflags! {
         const CALIBRATED = 1 << 7;
         /// Pitch is within 1 degree of +-90 degrees: yaw and roll are not separate.
         const GIMBAL_LOCK = 1 << 8;
+        /// Strength or dip of the field are not those of the World Magnetic Model at the configured place.
+        const FIELD_UNLIKE_EARTH = 1 << 9;
     }
 }
 

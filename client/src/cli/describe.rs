@@ -24,8 +24,13 @@ pub(super) fn code(variant: impl Debug) -> String {
 
 /// What is wrong with a lane, by its status and counters.
 pub(super) fn problems(health: Option<&LaneHealth>, status: Status) -> Vec<String> {
-    const WARNINGS: [(Status, &str); 6] = [
+    const WARNINGS: [(Status, &str); 7] = [
         (Status::MAGNETIC_DISTURBANCE, "magnetic disturbance: the magnetometer is not trusted"),
+        (
+            Status::FIELD_UNLIKE_EARTH,
+            "the field is not the earth's at the configured place: calibrate the magnetometer, keep \
+             it away from iron, or correct [world]",
+        ),
         (Status::SENSOR_STALE, "the sensor is silent"),
         (Status::BRIDGED, "samples are being lost and bridged"),
         (Status::SATURATED, "a sensor is at the end of its range"),

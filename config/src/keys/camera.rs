@@ -40,6 +40,14 @@ pub(super) const CAMERA: &[Key] = &[
          negative.",
     ),
     key(
+        "imu_delay_s",
+        Number(from_to(0.0, 0.05)),
+        "s",
+        "Age of what gyroscope and accelerometer show at their time stamp: the group delay of \
+         their low-pass filter. Poses are carried ahead by it. Too small: poses lag while the \
+         camera turns; too large: they lead.",
+    ),
+    key(
         "calibration",
         Text(CalibrationFile),
         "",

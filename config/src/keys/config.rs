@@ -241,6 +241,20 @@ const ESTIMATOR: &[Key] = &[
         "Rest needed before the initial alignment. Small: starts sooner, with a worse gyroscope \
          bias. Large: waits longer for a vehicle that idles.",
     ),
+    key(
+        "alignment_motion_s",
+        Number(from_to(0.0, 60.0)),
+        "s",
+        "Time after which a camera that does not come to rest is aligned coarsely, to some degrees; \
+         0 never. Small: a sudden start tilts it. Large: waits longer.",
+    ),
+    key(
+        "hard_iron_refinement",
+        Switch,
+        "",
+        "Whether a magnet that was mounted on the camera or moved since the calibration is learnt \
+         while running, once the camera has turned: from 3.5 µT, up to 30 µT.",
+    ),
 ];
 
 const VALIDITY: &[Key] = &[

@@ -29,7 +29,7 @@ pub enum CameraModel {
 }
 
 /// One camera.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Camera {
     /// Name in service names and tables, see [`lodestone_schema::is_camera_name`]; unique.
@@ -48,6 +48,8 @@ pub struct Camera {
     pub axis_map: Option<AxisMap>,
     /// Noise of the sensors; the model's figures if absent.
     pub noise: Option<Noise>,
+    /// Age of what gyroscope and accelerometer show at their time stamp, s.
+    pub imu_delay_s: f64,
     /// Calibration file, relative to this configuration's directory.
     pub calibration: Option<String>,
     /// Settings of the `synthetic` driver.
@@ -57,6 +59,30 @@ pub struct Camera {
     /// Faults to inject between driver and ring, for tests of what depends on this daemon.
     pub fault: Vec<Fault>,
 }
+
+impl Default for Camera {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            serial: 0,
+            driver: DriverKind::default(),
+            model: CameraModel::default(),
+            mounting: Mounting::default(),
+            axis_map: None,
+            noise: None,
+            imu_delay_s: IMU_DELAY_S,
+            calibration: None,
+            synthetic: None,
+            replay: None,
+            fault: Vec::new(),
+        }
+    }
+}
+
+/// Group delay of the low-pass filter in an inertial sensor that gives a few hundred samples a second.
+/// One of second order with a cut-off of 40 to 100 Hz delays by 5.6 to 2.3 ms (`√2 / 2πf`); the
+/// recordings of BROAD show 4 ms, each of them.
+const IMU_DELAY_S: f64 = 0.004;
 
 impl Camera {
     /// How sensor axes become body axes: as configured, else as a ZED 2 is built; a recording is
@@ -171,14 +197,15 @@ impl CameraModel {
     /// The default noise figures of the model.
     pub const fn noise(self) -> Noise {
         match self {
-            // Stereolabs' published Allan figures of the ZED 2 family; the 2i has the same IMU.
+            // Stereolabs' published Allan figures of the ZED 2 family; the 2i has the same IMU. The
+            // biases at switch-on are those that a factory calibration leaves.
             Self::Zed2 | Self::Zed2i => Noise {
                 gyro_density_rad_s_rthz: 1.22e-4,
                 gyro_bias_walk_rad_s2_rthz: 1.0e-5,
                 gyro_bias_sigma_rad_s: 5.0e-3,
                 accel_density_m_s2_rthz: 1.6e-3,
                 accel_bias_walk_m_s3_rthz: 2.5e-4,
-                accel_bias_sigma_m_s2: 0.1,
+                accel_bias_sigma_m_s2: 0.05,
                 mag_sigma_ut: 0.5,
             },
         }

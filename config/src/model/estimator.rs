@@ -23,6 +23,10 @@ pub struct Estimator {
     pub heading: HeadingMode,
     /// Rest needed before the initial alignment, s.
     pub alignment_rest_s: f64,
+    /// Time after which a camera that does not come to rest is aligned coarsely, s; 0 never.
+    pub alignment_motion_s: f64,
+    /// Whether a magnet that was mounted on the camera is learnt while running.
+    pub hard_iron_refinement: bool,
     /// When values are called valid.
     pub validity: ValidityBounds,
 }
@@ -32,6 +36,8 @@ impl Default for Estimator {
         Self {
             heading: HeadingMode::Adaptive,
             alignment_rest_s: 1.0,
+            alignment_motion_s: 1.8,
+            hard_iron_refinement: true,
             validity: ValidityBounds::default(),
         }
     }

@@ -16,12 +16,20 @@
 //! own axes, whatever they are, as long as all three sensors share them.
 #![forbid(unsafe_code)]
 
+mod calibrate;
 mod coverage;
+mod heading;
+mod levelling;
+mod linear;
 mod outcome;
 mod refusal;
 mod sample;
 mod settings;
+mod solve;
+mod stream;
+mod verdict;
 
+pub use calibrate::calibrate;
 pub use coverage::Coverage;
 pub use outcome::{
     AccelerometerErrors, FieldFound, GyroErrors, MagnetometerErrors, Outcome, TemperatureSpan,
@@ -29,15 +37,3 @@ pub use outcome::{
 pub use refusal::{Missing, Refusal};
 pub use sample::Sample;
 pub use settings::{FieldPrior, Limits, SensorNoise, Settings};
-
-/// Calibrates from a recording.
-///
-/// # Errors
-/// [`Refusal`] if the recording cannot tell, with what it lacks.
-pub fn calibrate(_samples: &[Sample], _settings: &Settings) -> Result<Outcome, Refusal> {
-    Err(Refusal {
-        missing: vec![Missing::Duration { seen_s: 0.0, needed_s: 0.0 }],
-        heading_sigma_deg: None,
-        coverage: Coverage::default(),
-    })
-}

@@ -81,7 +81,7 @@ pub enum Missing {
     /// The readings contradict each other: wrong axes, wrong units, a broken sensor.
     #[error(
         "the sensors contradict each other ({residual_ut:.1} µT left, {expected_ut:.1} µT \
-         expected): check axes and units"
+         expected, or soft iron beyond reason): check axes and units"
     )]
     Contradiction {
         /// What the fit leaves, µT per axis.

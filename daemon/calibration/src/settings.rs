@@ -79,6 +79,9 @@ pub struct Limits {
     pub heading_sigma_deg: f64,
     /// Least part of the full circle that must be seen, degrees.
     pub circle_deg: f64,
+    /// Least tilt from the mean direction that must be seen, root mean square, degrees. In simulation
+    /// less is enough; in a real unit the axes of its sensors differ by some tenths of a degree.
+    pub tilt_deg: f64,
     /// Shortest recording, s.
     pub duration_s: f64,
     /// Largest part of magnetometer readings that may not fit, a ratio: more is a disturbance.
@@ -92,6 +95,7 @@ impl Default for Limits {
         Self {
             heading_sigma_deg: 1.0,
             circle_deg: 300.0,
+            tilt_deg: 2.0,
             duration_s: 15.0,
             disturbed_ratio: 0.05,
             temperature_range_k: 5.0,

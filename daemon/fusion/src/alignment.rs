@@ -1,6 +1,7 @@
 //! Static initial alignment: level by gravity, north by the field, bias by the mean rate.
 //!
-//! It needs rest and refuses with the reason while there is none. Source: Groves, ch. 5.6
+//! It needs rest and refuses with the reason while there is none; a camera that does not come to rest
+//! is aligned coarsely, where that is allowed. Source: Groves, ch. 5.6
 //! (levelling and magnetic heading).
 
 use glam::{DMat3, DQuat, DVec3};
@@ -13,6 +14,10 @@ use crate::parameters::Parameters;
 use crate::rest::{RestDetector, WindowStatistics};
 use crate::so3;
 use crate::state::State;
+
+mod coarse;
+
+use coarse::Coarse;
 
 /// Why there is no alignment yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,6 +64,10 @@ pub struct Aligned {
     pub state: State,
     /// The field in levelled world axes, µT, if there was a magnetometer.
     pub field: Option<DVec3>,
+    /// Time that the field was averaged over for what it is worth, s: at rest it is worth more.
+    pub field_span_s: f64,
+    /// Whether the camera stood; else the alignment is a coarse one.
+    pub at_rest: bool,
 }
 
 /// The alignment's state: what was collected since the camera came to rest.
@@ -68,7 +77,7 @@ pub struct Alignment {
     quiet_s: f64,
     field_sum: DVec3,
     field_count: f64,
-    turn: DQuat,
+    coarse: Coarse,
     waiting: Waiting,
 }
 
@@ -80,7 +89,7 @@ impl Alignment {
             quiet_s: 0.0,
             field_sum: DVec3::ZERO,
             field_count: 0.0,
-            turn: DQuat::IDENTITY,
+            coarse: Coarse::NONE,
             waiting: Waiting::Collecting,
         }
     }
@@ -97,12 +106,14 @@ impl Alignment {
             self.field_count += 1.0;
         }
         self.quiet_s += step.increment.span_s;
+        self.coarse.push(step);
         let window = self.detector.push(&step.increment, &p.rest)?;
         match refuse(&window, p) {
             Some(reason) => {
-                let detector = self.detector;
-                *self = Self { detector, waiting: reason, ..Self::new() };
-                None
+                let (detector, mut coarse) = (self.detector, self.coarse);
+                let aligned = coarse.conclude(p);
+                *self = Self { detector, coarse, waiting: reason, ..Self::new() };
+                aligned
             }
             None if self.quiet_s < p.alignment.rest_s => {
                 self.waiting = Waiting::Collecting;
@@ -120,19 +131,9 @@ impl Alignment {
         let heading = bearing.map_or(0.0, |bearing| bearing - p.field_bearing_rad);
         let orientation = so3::exp(DVec3::Z * heading) * level;
         let field = field.map(|f| so3::exp(DVec3::Z * heading) * f);
-        let mut state = State {
-            orientation,
-            velocity: DVec3::ZERO,
-            position: DVec3::ZERO,
-            gyro_bias: window.rate,
-            accel_bias: DVec3::ZERO,
-            leaky_velocity: DVec3::ZERO,
-            deviation: 0.0,
-            mag_delay_s: 0.0,
-            covariance: Covariance::ZERO,
-        };
+        let mut state = State { gyro_bias: window.rate, ..State::at(orientation) };
         state.covariance = first_covariance(&state, window, field, p);
-        Aligned { state, field }
+        Aligned { state, field, field_span_s: f64::INFINITY, at_rest: true }
     }
 }
 

@@ -91,6 +91,18 @@ impl Covariance {
         self.set(index, index, variance);
     }
 
+    /// Makes one error what `row · error + noise = 0` demands, where `row[index]` is 1; `noise` is a
+    /// variance.
+    pub(crate) fn tie(&mut self, index: usize, row: &Row, noise: f64) {
+        self.forget(index, 0.0);
+        let by_others = self.times(row);
+        let variance: f64 = row.iter().zip(&by_others).map(|(a, b)| a * b).sum();
+        for (k, by_other) in by_others.iter().enumerate() {
+            self.set(index, k, -by_other);
+        }
+        self.set(index, index, variance + noise);
+    }
+
     /// The error model `x ← m x` for one block.
     pub fn rotate(&mut self, block: Block, m: DMat3) {
         let rows = [self.rows[block.0], self.rows[block.0 + 1], self.rows[block.0 + 2]];

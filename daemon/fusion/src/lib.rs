@@ -12,11 +12,13 @@
 #[cfg(test)]
 extern crate std;
 
+mod aids;
 mod alignment;
 mod covariance;
 mod estimator;
 mod frame;
 mod grid;
+mod hard_iron;
 mod parameters;
 mod predict;
 mod quantity;
@@ -38,11 +40,12 @@ pub use estimator::{Estimate, Estimator, HeadingOrigin, StepReport};
 pub use frame::{Body, Frame, Optical, Rotation, Sensor, Vehicle, World};
 pub use grid::{Accepted, Grid, GridParameters, Increment, Refusal, Step};
 pub use parameters::{
-    AlignmentParameters, CompassParameters, HeadingMode, LevellingParameters, Parameters,
-    RestParameters, SensorNoise,
+    AlignmentParameters, CompassParameters, HardIronParameters, HeadingMode, LevellingParameters,
+    Parameters, RestParameters, SensorNoise,
 };
 pub use quantity::{Accel, Gyro, Mag};
 pub use rest::{RestDetector, WindowStatistics};
 pub use sample::ImuSample;
 pub use state::State;
 pub use time::{SensorSpan, SensorTime};
+pub use update::compass::FieldReference;

@@ -45,6 +45,10 @@ pub struct Parameters {
     /// Angle from the world's north (its y axis) to the horizontal field, east positive, rad: 0 where
     /// the world's north is magnetic, the declination where it is true.
     pub field_bearing_rad: f64,
+    /// How far a pose is carried beyond the last sample at its rate and force, s: the age of what a
+    /// sample shows, less half its interval, which integrating it over the interval accounts for.
+    /// Default 0; negative where samples show the instant of their stamp.
+    pub lead_s: f64,
     /// Strength of gravity at the place, m/s².
     pub gravity_m_s2: f64,
     /// Alignment.
@@ -55,6 +59,8 @@ pub struct Parameters {
     pub levelling: LevellingParameters,
     /// Heading by the magnetometer.
     pub compass: CompassParameters,
+    /// Refinement of the hard iron while running.
+    pub hard_iron: HardIronParameters,
 }
 
 /// Static initial alignment.
@@ -66,6 +72,13 @@ pub struct AlignmentParameters {
     pub gravity_tolerance_m_s2: f64,
     /// Largest mean angular rate that a gyroscope bias not known yet may explain, rad/s. Default 0.03.
     pub max_bias_rad_s: f64,
+    /// Time after which a camera that does not come to rest is aligned coarsely, s; never if absent.
+    /// Short starts sooner, long averages more of the motion away. Default 1.8.
+    pub motion_s: Option<f64>,
+    /// Change of a moving camera's speed in that time, 1σ, m/s, per axis. Default 1.5.
+    pub motion_speed_sigma_m_s: f64,
+    /// Speed of a camera that is aligned in motion, 1σ, m/s, per axis. Default 10.
+    pub motion_start_sigma_m_s: f64,
 }
 
 /// Detection of standstill over a sliding window.
@@ -103,11 +116,14 @@ pub struct LevellingParameters {
 /// Heading by the magnetometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CompassParameters {
+    /// What neither turning nor walking averages away, as a heading, 1σ, rad: iron that the
+    /// calibration left. It is not estimated, only counted in what is published. Default 1.5°.
+    pub systematic_sigma_rad: f64,
     /// Usual deviation of the field in a room from the earth's, as an angle, 1σ, rad. Default 2°.
     pub deviation_sigma_rad: f64,
     /// Turn after which the deviation is a new one, rad. Default 3.
     pub deviation_turn_rad: f64,
-    /// Way after which the deviation is a new one, m. Default 0.3.
+    /// Way after which the deviation is a new one, m. Default 0.4.
     pub deviation_way_m: f64,
     /// Time after which the deviation is a new one even at rest, s. Default 300.
     pub deviation_time_s: f64,
@@ -116,24 +132,54 @@ pub struct CompassParameters {
     pub delay_sigma_s: f64,
     /// Uncertainty of a single reading's time around that delay, 1σ, s. Default 0.005.
     pub timing_sigma_s: f64,
-    /// Change of strength and dip, µT, by which the deviation counts as changed. Small doubts the
-    /// compass at every noise, large misses disturbances that come on in small steps. Default 1.
+    /// Change of the field in the world, µT, by which the deviation counts as changed. Small doubts the
+    /// compass at every noise, large misses disturbances that come on in small steps. Default 2.
     pub change_ut: f64,
     /// Variance of the deviation for each squared mismatch, both as fields, µT²/µT². A half if a
-    /// disturbance has no favourite direction. Large trusts a misfitting field less. Default 5:
+    /// disturbance has no favourite direction. Large trusts a misfitting field less. Default 3:
     /// what can be seen of a disturbance is often the lesser part.
     pub mismatch_weight: f64,
     /// Smoothed mismatch of strength and dip against the reference beyond which the field is called
-    /// disturbed, µT; below six tenths of it the disturbance has ended. Default 4.
+    /// disturbed, µT; below six tenths of it the disturbance has ended. Default 3.5.
     pub mismatch_limit_ut: f64,
     /// Time constant of that smoothing, s. Default 0.3.
     pub mismatch_time_constant_s: f64,
-    /// Time constant with which the reference follows the field, s. Default 20.
+    /// Time constant with which the reference follows the field, s. Default 30.
     pub reference_time_constant_s: f64,
     /// Seconds over which readings are averaged before an update. Default 0.02.
     pub interval_s: f64,
-    /// Normalised innovation beyond which an update is weakened. Default 2.5.
+    /// Normalised innovation beyond which an update is weakened, and beyond twice which it is refused.
+    /// Default 1.5.
     pub gate_sigma: f64,
+    /// Time after which innovations are no longer refused, only weakened, s. Long withstands long
+    /// disturbances, short finds back sooner from a wrong heading. Default 120.
+    pub patience_s: f64,
+}
+
+/// Refinement of the hard iron while running.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HardIronParameters {
+    /// Whether it is done at all. Default true.
+    pub enabled: bool,
+    /// Hard iron that a calibration leaves, 1σ, µT, per axis. Large believes in a new magnet sooner.
+    /// Default 2.
+    pub prior_sigma_ut: f64,
+    /// Hard iron that is left alone, µT. Small follows what rooms feign, large leaves more of a
+    /// magnet in. Default 3.5.
+    pub dead_zone_ut: f64,
+    /// Largest correction, µT. Default 30.
+    pub bound_ut: f64,
+    /// Deviation of the field in a room, 1σ, µT, per axis. Default 2.
+    pub room_sigma_ut: f64,
+    /// Change of hard iron and mean field from one renewal to the next, 1σ, µT. Large forgets a
+    /// magnet that was taken away sooner. Default 0.1.
+    pub walk_ut: f64,
+    /// Turn after which the room's field is another one, rad. Default 0.5.
+    pub renewal_turn_rad: f64,
+    /// Way after which the room's field is another one, m. Default 0.4.
+    pub renewal_way_m: f64,
+    /// Fastest turn at which a reading is used, rad/s. Default 2.
+    pub max_rate_rad_s: f64,
 }
 
 impl SensorNoise {
@@ -145,7 +191,7 @@ impl SensorNoise {
         gyro_scale_walk: 7.0e-3,
         accel_density: 1.6e-3,
         accel_bias_walk: 2.5e-4,
-        accel_bias_sigma: 0.1,
+        accel_bias_sigma: 0.05,
         mag_sigma_ut: 0.5,
     };
 }
@@ -156,41 +202,83 @@ impl Default for Parameters {
             noise: SensorNoise::ZED2,
             heading: HeadingMode::Adaptive,
             field_bearing_rad: 0.0,
+            lead_s: 0.0,
             gravity_m_s2: 9.81,
-            alignment: AlignmentParameters {
-                rest_s: 1.0,
-                gravity_tolerance_m_s2: 0.6,
-                max_bias_rad_s: 0.03,
-            },
-            rest: RestParameters {
-                window_s: 0.5,
-                rate_deviation_rad_s: 0.02,
-                force_deviation_m_s2: 0.15,
-                mean_rate_rad_s: 0.004,
-                velocity_sigma_m_s: 0.01,
-                interval_s: 0.05,
-            },
-            levelling: LevellingParameters {
-                time_constant_s: 3.0,
-                sigma_m_s: 0.3,
-                interval_s: 0.1,
-                gate_sigma: 3.0,
-            },
-            compass: CompassParameters {
-                deviation_sigma_rad: 0.035,
-                deviation_turn_rad: 3.0,
-                deviation_way_m: 0.3,
-                deviation_time_s: 300.0,
-                delay_sigma_s: 0.02,
-                timing_sigma_s: 0.005,
-                change_ut: 1.0,
-                mismatch_weight: 5.0,
-                mismatch_limit_ut: 4.0,
-                mismatch_time_constant_s: 0.3,
-                reference_time_constant_s: 20.0,
-                interval_s: 0.02,
-                gate_sigma: 2.5,
-            },
+            alignment: AlignmentParameters::default(),
+            rest: RestParameters::default(),
+            levelling: LevellingParameters::default(),
+            compass: CompassParameters::default(),
+            hard_iron: HardIronParameters::default(),
+        }
+    }
+}
+
+impl Default for AlignmentParameters {
+    fn default() -> Self {
+        Self {
+            rest_s: 1.0,
+            gravity_tolerance_m_s2: 0.6,
+            max_bias_rad_s: 0.03,
+            motion_s: Some(1.8),
+            motion_speed_sigma_m_s: 1.5,
+            motion_start_sigma_m_s: 10.0,
+        }
+    }
+}
+
+impl Default for RestParameters {
+    fn default() -> Self {
+        Self {
+            window_s: 0.5,
+            rate_deviation_rad_s: 0.02,
+            force_deviation_m_s2: 0.15,
+            mean_rate_rad_s: 0.004,
+            velocity_sigma_m_s: 0.01,
+            interval_s: 0.05,
+        }
+    }
+}
+
+impl Default for LevellingParameters {
+    fn default() -> Self {
+        Self { time_constant_s: 3.0, sigma_m_s: 0.3, interval_s: 0.1, gate_sigma: 3.0 }
+    }
+}
+
+impl Default for CompassParameters {
+    fn default() -> Self {
+        Self {
+            systematic_sigma_rad: 0.026,
+            deviation_sigma_rad: 0.035,
+            deviation_turn_rad: 3.0,
+            deviation_way_m: 0.4,
+            deviation_time_s: 300.0,
+            delay_sigma_s: 0.02,
+            timing_sigma_s: 0.005,
+            change_ut: 2.0,
+            mismatch_weight: 3.0,
+            mismatch_limit_ut: 3.5,
+            mismatch_time_constant_s: 0.3,
+            reference_time_constant_s: 30.0,
+            interval_s: 0.02,
+            gate_sigma: 1.5,
+            patience_s: 120.0,
+        }
+    }
+}
+
+impl Default for HardIronParameters {
+    fn default() -> Self {
+        Self {
+            enabled: true,
+            prior_sigma_ut: 2.0,
+            dead_zone_ut: 3.5,
+            bound_ut: 30.0,
+            room_sigma_ut: 2.0,
+            walk_ut: 0.1,
+            renewal_turn_rad: 0.5,
+            renewal_way_m: 0.4,
+            max_rate_rad_s: 2.0,
         }
     }
 }

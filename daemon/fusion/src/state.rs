@@ -36,6 +36,21 @@ pub struct State {
 }
 
 impl State {
+    /// At rest in an attitude, at the origin, without bias, deviation and uncertainty.
+    pub(crate) const fn at(orientation: DQuat) -> Self {
+        Self {
+            orientation,
+            velocity: DVec3::ZERO,
+            position: DVec3::ZERO,
+            gyro_bias: DVec3::ZERO,
+            accel_bias: DVec3::ZERO,
+            leaky_velocity: DVec3::ZERO,
+            deviation: 0.0,
+            mag_delay_s: 0.0,
+            covariance: Covariance::ZERO,
+        }
+    }
+
     /// Body to world.
     pub fn orientation(&self) -> Rotation<World, Body> {
         Rotation::from_unit(self.orientation)

@@ -52,9 +52,18 @@ impl Journal {
     }
 }
 
+const fn field_words(status: Status) -> &'static str {
+    let unlike_earth = status.contains(Status::FIELD_UNLIKE_EARTH);
+    match (status.contains(Status::MAGNETIC_DISTURBANCE), unlike_earth) {
+        (true, true) => ", magnetic disturbance, the field fits neither the start nor the earth",
+        (true, false) => ", magnetic disturbance",
+        (false, true) => ", the field is not the earth's at the configured place",
+        (false, false) => "",
+    }
+}
+
 fn summary(view: &LaneView) -> String {
     let health = &view.health;
-    let disturbed = view.status.status.contains(Status::MAGNETIC_DISTURBANCE);
     format!(
         "{}: {}, {} Hz, latency {}/{} µs (p50/p99), heading {} °, position {} m{}, {} dropped, {} refused, {} publish errors",
         view.name,
@@ -64,7 +73,7 @@ fn summary(view: &LaneView) -> String {
         micros(health.latency_p99_s),
         heading(&view.status),
         position(&view.status),
-        if disturbed { ", magnetic disturbance" } else { "" },
+        field_words(view.status.status),
         health.ring_dropped + health.samples_lost,
         health.invalid + health.out_of_order + health.duplicates,
         health.publish_errors,

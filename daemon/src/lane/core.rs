@@ -1,8 +1,8 @@
 //! The part of a lane that depends on its readings alone: same readings in, same bits out.
 
 use lodestone_fusion::{
-    Accepted, Estimate, Estimator, Grid, ImuSample, Parameters, Refusal, SensorSpan, SensorTime,
-    Waiting,
+    Accepted, Estimate, Estimator, FieldReference, Grid, ImuSample, Parameters, Refusal,
+    SensorSpan, SensorTime, Waiting,
 };
 
 use super::{Conditioner, LaneSettings};
@@ -19,6 +19,7 @@ pub enum Phase {
 
 /// What one step of the grid brought.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a fact of its own about a step")]
 pub struct StepOutput {
     /// The step's end.
     pub time: SensorTime,
@@ -32,6 +33,8 @@ pub struct StepOutput {
     pub saturated: bool,
     /// A long gap was crossed and the filter has not recovered from it.
     pub degraded: bool,
+    /// The magnetic field is not the earth's at the configured place.
+    pub field_unlike_earth: bool,
 }
 
 /// What became of a reading.
@@ -66,6 +69,10 @@ pub struct CoreCounts {
 const RECOVERED_TILT_RAD: f64 = 0.05;
 const RECOVERED_HEADING_RAD: f64 = 0.2;
 
+/// How far strength or vertical part of the field may be from the World Magnetic Model's, as a part of
+/// its strength. Rooms differ by a tenth or two; an uncalibrated car by half and more.
+const EARTH_TOLERANCE: f64 = 0.25;
+
 /// Readings in a row that lie before the newest one taken, in order among themselves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct BackwardRun {
@@ -81,6 +88,7 @@ pub struct Core {
     estimator: Estimator,
     parameters: Parameters,
     reset_after: SensorSpan,
+    earth: Option<FieldReference>,
     epoch: Option<u32>,
     backwards: Option<BackwardRun>,
     degraded: bool,
@@ -97,6 +105,7 @@ impl Core {
             estimator: Estimator::new(settings.estimator),
             parameters: settings.estimator,
             reset_after: settings.timing.reset_after,
+            earth: settings.earth,
             epoch: None,
             backwards: None,
             degraded: false,
@@ -135,6 +144,7 @@ impl Core {
                 bridged: step.bridged,
                 saturated: step.saturated,
                 degraded: self.degraded,
+                field_unlike_earth: self.is_unlike_earth(estimate.as_ref()),
             });
         }
         Taken { sample, refusal: None }
@@ -153,6 +163,13 @@ impl Core {
     /// Whether a long gap was crossed and the filter has not recovered from it.
     pub const fn is_degraded(&self) -> bool {
         self.degraded
+    }
+
+    /// Whether the field is known not to be the earth's at the configured place.
+    fn is_unlike_earth(&self, estimate: Option<&Estimate>) -> bool {
+        let seen = estimate.and_then(|e| e.magnetic_field_ut).map(FieldReference::of);
+        seen.zip(self.earth)
+            .is_some_and(|(seen, earth)| seen.distance_ut(&earth) > EARTH_TOLERANCE * earth.norm_ut)
     }
 
     /// Whether a calibration of this camera is applied.

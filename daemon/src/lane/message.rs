@@ -25,6 +25,7 @@ pub fn status_of(step: &StepOutput, calibrated: bool) -> Status {
         status |= Status::INITIALISED;
         status.set(Status::STATIONARY, estimate.at_rest);
         status.set(Status::MAGNETIC_DISTURBANCE, estimate.magnetic_disturbance);
+        status.set(Status::FIELD_UNLIKE_EARTH, step.field_unlike_earth);
         status.set(Status::GIMBAL_LOCK, estimate.orientation.is_gimbal_locked());
     }
     status

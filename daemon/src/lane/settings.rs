@@ -6,7 +6,9 @@ use lodestone_config::Calibration;
 use lodestone_config::model::{
     Camera, Config, HeadingMode as Mode, Noise, North, ValidityBounds, World,
 };
-use lodestone_fusion::{GridParameters, HeadingMode, Parameters, SensorNoise, SensorSpan};
+use lodestone_fusion::{
+    FieldReference, GridParameters, HeadingMode, Parameters, SensorNoise, SensorSpan,
+};
 
 use super::Conditioner;
 use crate::driver::synthetic::{EarthField, FieldError};
@@ -37,6 +39,8 @@ pub struct LaneSettings {
     pub validity: ValidityBounds,
     /// Silence and gaps.
     pub timing: Timing,
+    /// The earth's field at the configured place and date, where the World Magnetic Model covers it.
+    pub earth: Option<FieldReference>,
 }
 
 impl LaneSettings {
@@ -63,8 +67,14 @@ impl LaneSettings {
                 bridge_limit: SensorSpan::from_secs_f64(lane.bridge_limit_s),
                 ..GridParameters::at_rate(step_rate_hz)
             },
-            estimator: parameters_of(config, camera)?,
+            estimator: Parameters {
+                lead_s: camera.imu_delay_s - 0.5 / nominal_rate_hz,
+                ..parameters_of(config, camera, calibration)?
+            },
             validity: config.estimator.validity,
+            earth: EarthField::of(&config.world)
+                .ok()
+                .map(|field| FieldReference::of(field.world_ut)),
             timing: Timing {
                 stale_after: Duration::from_secs_f64(lane.stale_after_s),
                 reset_after: SensorSpan::from_secs_f64(lane.reset_after_s),
@@ -73,9 +83,20 @@ impl LaneSettings {
     }
 }
 
-fn parameters_of(config: &Config, camera: &Camera) -> Result<Parameters, FieldError> {
+fn parameters_of(
+    config: &Config,
+    camera: &Camera,
+    calibration: Option<&Calibration>,
+) -> Result<Parameters, FieldError> {
     let defaults = Parameters::default();
+    let left_by_calibration = calibration
+        .and_then(|c| c.magnetometer.as_ref()?.heading_sigma_deg)
+        .map_or(defaults.compass.systematic_sigma_rad, f64::to_radians);
     Ok(Parameters {
+        compass: lodestone_fusion::CompassParameters {
+            systematic_sigma_rad: left_by_calibration,
+            ..defaults.compass
+        },
         field_bearing_rad: field_bearing_rad(&config.world)?,
         noise: noise_of(camera.noise.unwrap_or_else(|| camera.model.noise()), defaults.noise),
         heading: match config.estimator.heading {
@@ -85,7 +106,12 @@ fn parameters_of(config: &Config, camera: &Camera) -> Result<Parameters, FieldEr
         },
         alignment: lodestone_fusion::AlignmentParameters {
             rest_s: config.estimator.alignment_rest_s,
+            motion_s: Some(config.estimator.alignment_motion_s).filter(|s| *s > 0.0),
             ..defaults.alignment
+        },
+        hard_iron: lodestone_fusion::HardIronParameters {
+            enabled: config.estimator.hard_iron_refinement,
+            ..defaults.hard_iron
         },
         ..defaults
     })

@@ -156,8 +156,8 @@ impl<P: Publish> Outlet<P> {
         if let Some(published) = self.publisher.pose(&self.pose) {
             self.board.latency.record(published.as_nanos() - arrival.as_nanos());
         }
-        if let Some(norm_ut) = step.estimate.as_ref().and_then(|e| e.magnetic_norm_ut) {
-            self.sensor.magnetic_norm_ut = norm_ut;
+        if let Some(field_ut) = step.estimate.as_ref().and_then(|e| e.magnetic_field_ut) {
+            self.sensor.magnetic_norm_ut = field_ut.length();
         }
         self.board.latest.report(&LaneStatus::of(&self.pose, self.sensor));
         self.pose.sequence += 1;

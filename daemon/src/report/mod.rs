@@ -11,5 +11,4 @@
 pub mod page;
 pub mod plot;
 pub mod scale;
-pub mod static_report;
 pub mod svg;

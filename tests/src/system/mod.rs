@@ -11,7 +11,7 @@ mod programs;
 mod recordings;
 mod replayed;
 
-pub use broad::{Trial, orientation_rmse_deg};
+pub use broad::{Trial, TrialScore};
 pub use counting::{Counting, counted};
 pub use daemon::Daemon;
 pub use domain::{MOST_CONSUMERS, TestDomain};
@@ -19,4 +19,5 @@ pub use follower::{Follower, Tally};
 pub use patience::{PATIENCE, eventually, skipped};
 pub use programs::{lodestone, lodestoned, on_small_shm, said};
 pub use recordings::{Recorded, SensorRow, compressed, synthetic_camera};
+use replayed::text_of;
 pub use replayed::{PoseLine, Replayed, replay, table};

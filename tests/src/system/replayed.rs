@@ -17,6 +17,8 @@ pub struct PoseLine {
     pub position_m: Option<DVec3>,
     /// Body to world.
     pub orientation: Option<DQuat>,
+    /// Standard deviation of the heading, degrees, where it is known.
+    pub heading_sigma_deg: Option<f64>,
     /// Status bits.
     pub status: u32,
 }
@@ -109,6 +111,7 @@ fn pose_line(line: &str) -> PoseLine {
         time_s: numbers[0].expect("a time"),
         position_m: all(1..4).map(|p| DVec3::from_slice(&p)),
         orientation: all(4..8).map(|q| DQuat::from_xyzw(q[1], q[2], q[3], q[0])),
+        heading_sigma_deg: numbers[11],
         status: numbers[15].expect("a status") as u32,
     }
 }
@@ -141,7 +144,7 @@ pub fn table(path: &Path, columns: &[&str]) -> Vec<Vec<f64>> {
     values
 }
 
-fn text_of(path: &Path) -> String {
+pub(super) fn text_of(path: &Path) -> String {
     let mut text = String::new();
     let mut file = File::open(path).expect("opens");
     if path.extension().is_some_and(|extension| extension == "zst") {

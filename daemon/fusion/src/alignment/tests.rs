@@ -29,7 +29,8 @@ fn align(
     seconds: f64,
     mut at: impl FnMut(i64) -> Step,
 ) -> Option<(Aligned, f64)> {
-    let p = Parameters::default();
+    let mut p = Parameters::default();
+    p.alignment.motion_s = None;
     (1..=(seconds / DT) as i64)
         .find_map(|k| alignment.push(&at(k), &p).map(|aligned| (aligned, k as f64 * DT)))
 }

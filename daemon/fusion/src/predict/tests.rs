@@ -5,6 +5,13 @@ use crate::covariance::{Covariance, Row, STATES};
 use crate::parameters::SensorNoise;
 use crate::testing::{Dense, Normal, attitudes, moved, state_at, unit};
 
+/// Advances the state, its covariance at once.
+fn predict(state: &mut State, increment: &Increment, noise: &ProcessNoise) {
+    let mut pending = Pending::NONE;
+    advance(state, &mut pending, increment, noise);
+    follow(state, &mut pending, noise);
+}
+
 /// Process noise of a perfect sensor, so that only the transition is left.
 fn noiseless() -> ProcessNoise {
     let mut p = Parameters::default();

@@ -12,50 +12,19 @@
 
 use glam::DVec3;
 
+mod deviation;
+mod disturbance;
+mod reference;
+
+use deviation::{Moved, renew};
+use disturbance::{Expectation, Seen};
+pub use reference::FieldReference;
+
 use super::{Outcome, innovation_variance};
 use crate::covariance::{DEVIATION, GYRO_BIAS, MAG_DELAY, ORIENTATION, Row, STATES};
 use crate::parameters::{CompassParameters, HeadingMode, Parameters};
 use crate::so3;
 use crate::state::State;
-
-/// The undisturbed field, as learnt at the alignment and followed slowly.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FieldReference {
-    /// Strength, µT.
-    pub norm_ut: f64,
-    /// Upward part, µT (negative in the north).
-    pub vertical_ut: f64,
-}
-
-impl FieldReference {
-    /// The reference that a field given in levelled coordinates makes.
-    pub fn of(field: DVec3) -> Self {
-        Self { norm_ut: libm::sqrt(field.length_squared()), vertical_ut: field.z }
-    }
-
-    /// Horizontal part, µT.
-    pub fn horizontal_ut(&self) -> f64 {
-        let squared = self.norm_ut * self.norm_ut - self.vertical_ut * self.vertical_ut;
-        libm::sqrt(squared.max(0.0))
-    }
-
-    /// How badly a field in the world fits, µT: the root of the squared misfits in strength and
-    /// vertical part.
-    pub fn mismatch_ut(&self, field: DVec3) -> f64 {
-        self.distance_ut(&Self::of(field))
-    }
-
-    fn distance_ut(&self, other: &Self) -> f64 {
-        let (norm, vertical) = (other.norm_ut - self.norm_ut, other.vertical_ut - self.vertical_ut);
-        libm::sqrt(norm * norm + vertical * vertical)
-    }
-
-    fn follow(&mut self, field: DVec3, share: f64) {
-        let new = Self::of(field);
-        self.norm_ut += share * (new.norm_ut - self.norm_ut);
-        self.vertical_ut += share * (new.vertical_ut - self.vertical_ut);
-    }
-}
 
 /// Angle from the world's north to the horizontal part of a field in the world, east positive, rad.
 ///
@@ -109,72 +78,96 @@ pub(crate) struct FieldAverage {
     pub(crate) count: f64,
 }
 
-/// Reasons for the deviation to be another one.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Moved {
-    way_m: f64,
-    turn_rad: f64,
-    time_s: f64,
+/// What speaks against a field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Doubt {
+    /// Size of what is wrong with it, as far as can be seen, µT.
+    size_ut: f64,
+    /// How much it changed of late, if notably, µT.
+    change_ut: f64,
 }
 
-impl Moved {
-    /// Mean angular rate.
-    fn rate_rad_s(&self) -> f64 {
-        if self.time_s > 0.0 { self.turn_rad / self.time_s } else { 0.0 }
-    }
+impl Doubt {
+    const NONE: Self = Self { size_ut: 0.0, change_ut: 0.0 };
+}
+
+/// A field compared with the expected one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Examined {
+    doubt: Doubt,
+    /// Misfit of strength and vertical part beyond a turning camera's blur, µT.
+    mismatch_ut: f64,
+    /// Strength of the expected field, µT.
+    strength_ut: f64,
+}
+
+/// A bearing against the expected one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Innovation {
+    row: Row,
+    /// rad.
+    residual: f64,
+    /// Of the reading alone, rad².
+    variance: f64,
 }
 
 /// The compass: the field it expects, and the readings it is averaging.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compass {
-    reference: Option<FieldReference>,
+    expected: Option<Expectation>,
     sum: FieldAverage,
     span_s: f64,
     smooth_mismatch_ut: f64,
-    smooth: Option<FieldReference>,
+    smooth: Option<DVec3>,
     /// What the camera did since the deviation was last renewed.
     moved: Moved,
+    /// Time since an innovation was last within twice the gate, s.
+    refused_s: f64,
     /// The field when it last changed notably.
-    anchor: Option<FieldReference>,
-    disturbed: bool,
+    anchor: Option<DVec3>,
 }
 
 impl Compass {
     /// A compass that has seen nothing.
     pub const fn new() -> Self {
         Self {
-            reference: None,
+            expected: None,
             sum: FieldAverage { field: DVec3::ZERO, swing: DVec3::ZERO, count: 0.0 },
             span_s: 0.0,
             smooth_mismatch_ut: 0.0,
             smooth: None,
             moved: Moved { way_m: 0.0, turn_rad: 0.0, time_s: 0.0 },
+            refused_s: 0.0,
             anchor: None,
-            disturbed: false,
         }
     }
 
-    /// Takes the field at the alignment as the reference.
-    pub fn set_reference(&mut self, field: DVec3) {
-        self.reference = Some(FieldReference::of(field));
+    /// Takes the field at the alignment, averaged over some time, s, as the one to expect.
+    pub fn expect(&mut self, field: DVec3, averaged_s: f64) {
+        self.expected = Some(Expectation::of(field, averaged_s));
     }
 
     /// The first field after an alignment without one: the reference, and the angle by which the
     /// world must turn about up for the field to point where it belongs.
     pub(crate) fn adopt(&mut self, field: DVec3, field_bearing_rad: f64) -> Option<f64> {
         let excess = bearing(field)? - field_bearing_rad;
-        self.set_reference(field);
+        self.expect(field, 0.0);
         Some(excess)
     }
 
     /// The undisturbed field, if one is known.
-    pub const fn reference(&self) -> Option<FieldReference> {
-        self.reference
+    pub fn reference(&self) -> Option<FieldReference> {
+        self.expected.map(|expected| expected.reference)
+    }
+
+    /// The field in the world, smoothed over some tenths of a second, µT.
+    pub(crate) const fn field_ut(&self) -> Option<DVec3> {
+        self.smooth
     }
 
     /// Whether the field does not fit the reference.
-    pub const fn is_disturbed(&self) -> bool {
-        self.disturbed
+    pub fn is_disturbed(&self) -> bool {
+        self.expected.is_some_and(|expected| expected.disturbed)
     }
 
     /// Takes note of what the camera did during a step: its length, its turn, its speed.
@@ -214,55 +207,111 @@ impl Compass {
 
     /// Updates the heading with an average of readings.
     ///
-    /// An innovation beyond the gate is not refused, which could lock a wrong heading in for ever:
-    /// its variance is raised until it sits on the gate, and it counts as not used.
+    /// The variance of an innovation beyond the gate is raised until it sits on the gate. Beyond twice
+    /// the gate it is refused, but not for ever, which could lock a wrong heading in.
     pub(crate) fn update(
         &mut self,
         state: &mut State,
         average: &FieldAverage,
         parameters: &Parameters,
     ) -> Option<CompassReport> {
-        let (p, mode) = (&parameters.compass, parameters.heading);
-        let reference = self.reference?;
+        let p = &parameters.compass;
         let field = average.field;
         let angle = bearing(field)?;
         let row = jacobian(field, average.swing)?;
         let horizontal_ut2 = field.x * field.x + field.y * field.y;
         let moved = core::mem::take(&mut self.moved);
-        let timing_s2 = square(p.timing_sigma_s) + state.covariance.variance(MAG_DELAY);
-        let blur_ut = moved.rate_rad_s() * libm::sqrt(timing_s2) * reference.norm_ut;
-        let mismatch_ut = (reference.mismatch_ut(field) - blur_ut).max(0.0);
-        self.smoothen(field, mismatch_ut, p);
-        let (believed_ut, change_ut) = match mode {
-            HeadingMode::Adaptive => (self.smooth_mismatch_ut, self.change_ut(blur_ut, p)),
-            HeadingMode::Continuous | HeadingMode::InitialOnly => (0.0, 0.0),
+        let examined = self.examine(state, field, &moved, parameters)?;
+        let doubt = match parameters.heading {
+            HeadingMode::Adaptive => examined.doubt,
+            HeadingMode::Continuous | HeadingMode::InitialOnly => Doubt::NONE,
         };
-        renew_deviation(state, &moved, change_ut, believed_ut / libm::sqrt(horizontal_ut2), p);
-        self.follow(field, p);
+        let size_rad = doubt.size_ut / libm::sqrt(horizontal_ut2);
+        renew(state, &moved, doubt.change_ut, size_rad, p);
 
-        let jitter_ut = moved.rate_rad_s() * p.timing_sigma_s * reference.norm_ut;
+        let jitter_ut = moved.rate_rad_s() * p.timing_sigma_s * examined.strength_ut;
         let noise_ut2 = square(parameters.noise.mag_sigma_ut) / average.count + square(jitter_ut);
-        let variance = noise_ut2 / horizontal_ut2;
         let residual = wrap(angle - parameters.field_bearing_rad - state.deviation);
-        let nis = residual * residual / innovation_variance(state, &row, variance);
-        let excess = nis / (p.gate_sigma * p.gate_sigma);
-        let outcome = match mode {
-            HeadingMode::InitialOnly => Outcome { residual, nis, used: false },
-            HeadingMode::Continuous => steer(state, &row, residual, variance),
-            HeadingMode::Adaptive => Outcome {
-                used: excess <= 1.0,
-                nis,
-                ..steer(state, &row, residual, variance * excess.max(1.0))
-            },
-        };
-        Some(CompassReport { outcome, norm_ut: libm::sqrt(field.length_squared()), mismatch_ut })
+        let innovation = Innovation { row, residual, variance: noise_ut2 / horizontal_ut2 };
+        Some(CompassReport {
+            outcome: self.steer_as_allowed(state, &innovation, moved.time_s, parameters),
+            norm_ut: libm::sqrt(field.length_squared()),
+            mismatch_ut: examined.mismatch_ut,
+        })
     }
 
-    /// How much strength and dip changed, if notably: by more than a turning camera's blur.
+    /// Compares a field with the expected one and with itself a moment ago.
+    fn examine(
+        &mut self,
+        state: &State,
+        field: DVec3,
+        moved: &Moved,
+        parameters: &Parameters,
+    ) -> Option<Examined> {
+        let p = &parameters.compass;
+        let expected = self.expected.as_mut()?;
+        let reference = expected.reference;
+        let timing_s2 = square(p.timing_sigma_s) + state.covariance.variance(MAG_DELAY);
+        let tilt2 = state.covariance.variances(ORIENTATION).truncate().max_element();
+        let blur_ut = moved.rate_rad_s() * libm::sqrt(timing_s2) * reference.norm_ut;
+        let mismatch_ut = (reference.mismatch_ut(field) - blur_ut).max(0.0);
+        let seen = Seen {
+            field,
+            blur_ut: blur_ut + libm::sqrt(tilt2) * reference.norm_ut,
+            bearing_rad: parameters.field_bearing_rad,
+            span_s: moved.time_s,
+            turn_rad: moved.turn_rad,
+        };
+        expected.judge(&seen, p);
+        let disturbance_ut = expected.doubt_ut(p.patience_s);
+        self.smoothen(field, mismatch_ut, p);
+        let change_ut = self.change_ut(blur_ut, p);
+        let size_ut = self.smooth_mismatch_ut.max(disturbance_ut).max(change_ut);
+        let doubt = Doubt { size_ut, change_ut };
+        Some(Examined { doubt, mismatch_ut, strength_ut: reference.norm_ut })
+    }
+
+    /// Steers by an innovation as far as the mode and the gate allow.
+    fn steer_as_allowed(
+        &mut self,
+        state: &mut State,
+        innovation: &Innovation,
+        span_s: f64,
+        parameters: &Parameters,
+    ) -> Outcome {
+        let Innovation { row, residual, variance } = innovation;
+        let p = &parameters.compass;
+        let nis = residual * residual / innovation_variance(state, row, *variance);
+        let excess = nis / (p.gate_sigma * p.gate_sigma);
+        let unused = Outcome { residual: *residual, nis, used: false };
+        match parameters.heading {
+            HeadingMode::InitialOnly => unused,
+            HeadingMode::Continuous => steer(state, row, *residual, *variance),
+            HeadingMode::Adaptive if self.refuses(excess, span_s, p) => unused,
+            HeadingMode::Adaptive => Outcome {
+                used: excess <= REFUSED,
+                nis,
+                ..steer(state, row, *residual, variance * excess.max(1.0))
+            },
+        }
+    }
+
+    /// Whether an innovation, as a multiple of the gate, squared, is refused: beyond twice the gate, but
+    /// no longer than patience lasts.
+    fn refuses(&mut self, excess: f64, span_s: f64, p: &CompassParameters) -> bool {
+        if excess <= REFUSED {
+            self.refused_s = 0.0;
+            return false;
+        }
+        self.refused_s += span_s;
+        self.refused_s < p.patience_s
+    }
+
+    /// How much the field changed, if notably: by more than a turning camera's blur.
     fn change_ut(&mut self, blur_ut: f64, p: &CompassParameters) -> f64 {
         let Some(now) = self.smooth else { return 0.0 };
         let anchor = self.anchor.get_or_insert(now);
-        let change_ut = anchor.distance_ut(&now);
+        let change_ut = libm::sqrt((now - *anchor).length_squared());
         if change_ut < p.change_ut + 2.0 * blur_ut {
             return 0.0;
         }
@@ -270,48 +319,13 @@ impl Compass {
         change_ut
     }
 
-    /// Smooths the field and its mismatch, and decides, with hysteresis, whether it is disturbed.
+    /// Smooths the field and its mismatch.
     fn smoothen(&mut self, field: DVec3, mismatch_ut: f64, p: &CompassParameters) {
         let share = (p.interval_s / p.mismatch_time_constant_s).min(1.0);
-        self.smooth.get_or_insert(FieldReference::of(field)).follow(field, share);
+        let smooth = self.smooth.get_or_insert(field);
+        *smooth += share * (field - *smooth);
         self.smooth_mismatch_ut += share * (mismatch_ut - self.smooth_mismatch_ut);
-        let limit_ut = if self.disturbed { 0.6 } else { 1.0 } * p.mismatch_limit_ut;
-        self.disturbed = self.smooth_mismatch_ut > limit_ut;
     }
-
-    /// The reference follows an undisturbed field through the building.
-    fn follow(&mut self, field: DVec3, p: &CompassParameters) {
-        if self.disturbed {
-            return;
-        }
-        if let Some(reference) = &mut self.reference {
-            reference.follow(field, (p.interval_s / p.reference_time_constant_s).min(1.0));
-        }
-    }
-}
-
-/// Lets the deviation become another one, as far as there is reason to: the camera turned, went
-/// on, time passed, or strength and dip changed.
-///
-/// A deviation that is renewed is drawn towards zero with the variance that the present field
-/// deserves: what a usual room does, and what is off in the two directions that can be seen.
-fn renew_deviation(
-    state: &mut State,
-    moved: &Moved,
-    change_ut: f64,
-    mismatch_rad: f64,
-    p: &CompassParameters,
-) {
-    let renewed = moved.way_m / p.deviation_way_m
-        + moved.turn_rad / p.deviation_turn_rad
-        + moved.time_s / p.deviation_time_s
-        + change_ut / p.change_ut;
-    let usual = p.deviation_sigma_rad * p.deviation_sigma_rad;
-    let by_mismatch = p.mismatch_weight * mismatch_rad * mismatch_rad;
-    let kept = libm::exp(-renewed);
-    state.covariance.scale(DEVIATION, 1, kept);
-    state.covariance.add_variance(DEVIATION, (usual + by_mismatch) * (1.0 - kept * kept));
-    state.deviation *= kept;
 }
 
 /// Applies a heading residual to what it is allowed to teach: heading, deviation, delay and
@@ -326,14 +340,22 @@ fn steer(state: &mut State, row: &Row, residual: f64, variance: f64) -> Outcome 
     for learnt in LEARNT {
         gain[learnt] = ph[learnt] / innovation;
     }
+    // Of the gyroscope's bias only what turns the heading: the rest would be learnt from how a tilt
+    // shows in the bearing.
+    let up = state.orientation.conjugate() * DVec3::Z;
+    let bias = DVec3::from_slice(&ph[GYRO_BIAS.0..GYRO_BIAS.0 + 3]);
+    let vertical = up * (up.dot(bias) / innovation);
+    gain[GYRO_BIAS.0..GYRO_BIAS.0 + 3].copy_from_slice(&vertical.to_array());
     state.correct(&gain.map(|k| k * residual));
     state.covariance.update_with_gain(&ph, &gain, innovation);
     Outcome { residual, nis: residual * residual / innovation, used: true }
 }
 
+/// Square of the multiple of the gate beyond which an innovation is refused.
+const REFUSED: f64 = 4.0;
+
 /// The states that the heading teaches.
-const LEARNT: [usize; 6] =
-    [ORIENTATION.0 + 2, DEVIATION, MAG_DELAY, GYRO_BIAS.0, GYRO_BIAS.0 + 1, GYRO_BIAS.0 + 2];
+const LEARNT: [usize; 3] = [ORIENTATION.0 + 2, DEVIATION, MAG_DELAY];
 
 impl Default for Compass {
     fn default() -> Self {

@@ -147,8 +147,10 @@ fn levelling_turns_a_tilted_camera_upright() {
         let force = truth.orientation().inverse().apply(DVec3::Z * p.gravity_m_s2);
         let still =
             crate::Increment { span_s: 0.0025, angle: DVec3::ZERO, velocity: force * 0.0025 };
+        let mut pending = crate::predict::Pending::NONE;
         for step in 0..12_000 {
-            crate::predict::predict(&mut state, &still, &noise);
+            crate::predict::advance(&mut state, &mut pending, &still, &noise);
+            crate::predict::follow(&mut state, &mut pending, &noise);
             if step % 40 == 39 {
                 levelling::update(&mut state, &p.levelling);
             }

@@ -1,6 +1,9 @@
 //! The estimator as its user sees it: stories, hostile streams, honesty of the covariance.
 
 mod consistency;
+mod magnetism;
+mod scene;
 mod simulation;
+mod starts;
 mod stories;
 mod streams;

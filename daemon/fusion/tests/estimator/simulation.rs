@@ -68,6 +68,8 @@ pub(crate) struct Simulation {
     pub(crate) has_mag: bool,
     /// A magnet near the camera: field in the world, µT.
     pub(crate) disturbance: DVec3,
+    /// A magnet on the camera: field in the body, µT.
+    pub(crate) hard_iron: DVec3,
 }
 
 impl Simulation {
@@ -97,6 +99,7 @@ impl Simulation {
             deviation: 0.0,
             has_mag: true,
             disturbance: DVec3::ZERO,
+            hard_iron: DVec3::ZERO,
         };
         simulation.orientation = so3::exp(simulation.vector(1.0));
         simulation
@@ -181,7 +184,7 @@ impl Simulation {
         due.then(|| {
             let local = so3::exp(DVec3::Z * -self.deviation) * FIELD + self.disturbance;
             let noise = self.vector(self.parameters.noise.mag_sigma_ut);
-            Mag::new(self.orientation.conjugate() * local + noise)
+            Mag::new(self.orientation.conjugate() * local + self.hard_iron + noise)
         })
     }
 }

@@ -2,55 +2,12 @@
 
 use glam::{DMat3, DVec3};
 use lodestone_fusion::{
-    Estimate, Estimator, GYRO_BIAS, HeadingMode, HeadingOrigin, Increment, ORIENTATION, Parameters,
-    SensorSpan, Step, StepReport, so3,
+    Estimate, GYRO_BIAS, HeadingMode, HeadingOrigin, Increment, ORIENTATION, Parameters,
+    SensorSpan, Step, so3,
 };
 
-use crate::simulation::{DT, Motion, Simulation, steps};
-
-const CARRIED: Motion = Motion::Carried { rate_sigma: 0.6, speed_sigma: 0.4 };
-
-/// A camera and the filter that follows it.
-#[derive(Clone)]
-struct Scene {
-    truth: Simulation,
-    filter: Estimator,
-}
-
-impl Scene {
-    fn new(seed: u64) -> Self {
-        Self::with(seed, Parameters::default())
-    }
-
-    fn with(seed: u64, p: Parameters) -> Self {
-        Self { truth: Simulation::new(seed, p), filter: Estimator::new(p) }
-    }
-
-    /// Lets time pass; gives the last step's report.
-    fn pass(&mut self, seconds: f64, motion: Motion) -> StepReport {
-        let mut last = None;
-        for _ in 0..steps(seconds) {
-            last = Some(self.filter.step(&self.truth.step(motion)));
-        }
-        last.expect("some time passes")
-    }
-
-    fn estimate(&self) -> Estimate {
-        self.filter.estimate().expect("aligned and finite")
-    }
-
-    /// Angle between true and estimated attitude about the world axes, rad.
-    fn attitude_error(&self) -> DVec3 {
-        let estimated = self.estimate().orientation.quaternion();
-        so3::log(self.truth.orientation * estimated.conjugate())
-    }
-
-    /// The largest attitude error in standard deviations.
-    fn attitude_sigmas(&self) -> f64 {
-        let error = self.attitude_error();
-        (error.dot(self.estimate().orientation_covariance.inverse() * error)).sqrt()
-    }
-}
+use crate::scene::{CARRIED, Scene};
+use crate::simulation::{DT, Motion, steps};
 
 #[test]
 fn a_camera_that_lies_still_learns_its_bias_and_does_not_wander() {
@@ -177,7 +134,7 @@ fn without_a_magnetometer_the_heading_is_called_arbitrary() {
     scene.pass(10.0, CARRIED);
     let estimate = scene.estimate();
     assert_eq!(estimate.heading_origin, HeadingOrigin::Arbitrary);
-    assert_eq!(estimate.magnetic_norm_ut, None);
+    assert_eq!(estimate.magnetic_field_ut, None);
     let heading = estimate.orientation_covariance.z_axis.z;
     assert!(heading > 9.8, "nothing measures it, yet its variance is {heading} rad²");
     let up = scene.truth.orientation.conjugate() * DVec3::Z;

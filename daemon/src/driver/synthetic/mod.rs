@@ -11,8 +11,9 @@
 //! A trajectory is a smooth function of time; [`jet`] gives its velocity, acceleration and Euler
 //! rates exactly; [`kinematics`] gives from them what an inertial sensor feels on the rotating
 //! earth; [`sensor`] adds errors and reads in sensor axes; [`transport`] says which samples
-//! arrive, and when. Every sample is a point sample at its sampling instant, as the ZED 2 sends
-//! it: nothing is integrated over the interval.
+//! arrive, and when. Every sample is a point sample, as the ZED 2 sends it: nothing is integrated
+//! over the interval. Gyroscope and accelerometer show what was `imu_delay_s` ago, as their
+//! low-pass filters do.
 //!
 //! The same configuration gives the same samples, whatever the speed; at speed 0 the arrival
 //! times are the model's own, so that whole runs repeat bit by bit. (Without `world.year` the
@@ -92,19 +93,22 @@ struct WorldModel {
     field: EarthField,
     disturbances: Vec<Disturbance>,
     machines: Machines,
+    /// Age of what the inertial sensors show, s.
+    imu_delay_s: f64,
 }
 
 impl WorldModel {
     /// What perfect sensors would read at a time, not before that of the last call.
     fn stimulus(&mut self, time_s: f64) -> Stimulus {
         let motion = self.mover.at(time_s);
+        let felt = self.mover.at(time_s - self.imu_delay_s);
         let added = self.disturbances.iter().map(|d| field::disturbance_at(d, time_s));
         let field = added.fold(self.field.world_ut, |sum, b| sum + b);
         let vehicle = self.machines.field(time_s, motion.velocity.length());
         Stimulus {
             time_s,
-            gyro: Gyro::new(self.earth.inertial_rate(&motion)),
-            accel: Accel::new(self.earth.specific_force(&motion)),
+            gyro: Gyro::new(self.earth.inertial_rate(&felt)),
+            accel: Accel::new(self.earth.specific_force(&felt)),
             mag: Mag::new(motion.orientation.inverse().apply(field) + vehicle),
         }
     }
@@ -141,6 +145,7 @@ impl SyntheticDriver {
                 field,
                 machines: Machines::drawn(&synthetic),
                 disturbances: synthetic.disturbance,
+                imu_delay_s: camera.imu_delay_s,
             },
             sensors,
             next: schedule.next_slot(),

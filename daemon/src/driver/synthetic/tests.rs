@@ -14,7 +14,7 @@ fn world() -> World {
 }
 
 fn camera(synthetic: Synthetic) -> Camera {
-    Camera { synthetic: Some(synthetic), ..Camera::default() }
+    Camera { synthetic: Some(synthetic), imu_delay_s: 0.0, ..Camera::default() }
 }
 
 fn driver(synthetic: Synthetic) -> SyntheticDriver {

@@ -1,0 +1,193 @@
+//! What keeps the inertial state from drifting, and when each of it is due.
+
+use crate::covariance::{GYRO_BIAS, ORIENTATION};
+use crate::estimator::{HeadingOrigin, StepReport};
+use crate::grid::Step;
+use crate::hard_iron::HardIron;
+use crate::parameters::{HeadingMode, Parameters};
+use crate::predict::{FOLLOW_S, Pending, ProcessNoise, follow};
+use crate::rest::{RestDetector, WindowStatistics};
+use crate::state::State;
+use crate::update::compass::{Compass, CompassReport, FieldAverage};
+use crate::update::{levelling, standstill};
+use glam::DVec3;
+
+/// Readings refused for this long make the heading "held".
+const HELD_AFTER_S: f64 = 1.0;
+
+/// Standstill, levelling and compass, with the clocks that say when each is due.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Aids {
+    rest: RestDetector,
+    resting_s: f64,
+    pub(crate) at_rest: bool,
+    since_levelling_s: f64,
+    pub(crate) compass: Compass,
+    hard_iron: HardIron,
+    pub(crate) heading_origin: HeadingOrigin,
+    since_compass_s: f64,
+}
+
+/// What is due after a step.
+struct Due {
+    window: Option<WindowStatistics>,
+    levelling: bool,
+    field: Option<FieldAverage>,
+}
+
+impl Aids {
+    pub(crate) fn new(p: &Parameters) -> Self {
+        Self {
+            rest: RestDetector::new(),
+            resting_s: 0.0,
+            at_rest: false,
+            since_levelling_s: 0.0,
+            compass: Compass::new(),
+            hard_iron: HardIron::new(&p.hard_iron),
+            heading_origin: HeadingOrigin::Arbitrary,
+            since_compass_s: 0.0,
+        }
+    }
+
+    /// Standstill must be found anew.
+    pub(crate) fn forget_rest(&mut self) {
+        self.rest = RestDetector::new();
+        self.at_rest = false;
+        self.resting_s = 0.0;
+    }
+
+    /// The alignment used a field, in the world.
+    pub(crate) fn begin_with(&mut self, field: DVec3, averaged_s: f64, mode: HeadingMode) {
+        self.compass.expect(field, averaged_s);
+        self.heading_origin = origin_when_used(mode);
+    }
+
+    /// Watches a step that the nominal state has made, turning by an angle, rad, and corrects the
+    /// state with what has become due. The covariance follows when that or its own lag demands it.
+    pub(crate) fn step(
+        &mut self,
+        state: &mut State,
+        pending: &mut Pending,
+        (step, turn_rad): (&Step, f64),
+        (p, noise): (&Parameters, &ProcessNoise),
+    ) -> StepReport {
+        let due = self.watch(state, step, turn_rad, p);
+        let mut report = StepReport { at_rest: self.at_rest, ..StepReport::QUIET };
+        if due.window.is_none() && !due.levelling && due.field.is_none() {
+            if pending.span_s >= FOLLOW_S {
+                follow(state, pending, noise);
+            }
+            return report;
+        }
+        follow(state, pending, noise);
+        if let Some(window) = &due.window {
+            self.stand(state, window, p);
+        }
+        report.levelling = due.levelling.then(|| levelling::update(state, &p.levelling));
+        if let Some(field) = &due.field {
+            report.world_turned =
+                self.compass.reference().is_none() && self.find_north(state, field, p);
+            if !report.world_turned {
+                report.compass = self.steer(state, field, p);
+            }
+        }
+        state.covariance.restore();
+        report.at_rest = self.at_rest;
+        report
+    }
+
+    /// Collects what the step brings.
+    fn watch(&mut self, state: &State, step: &Step, turn_rad: f64, p: &Parameters) -> Due {
+        let span_s = step.increment.span_s;
+        self.since_levelling_s += span_s;
+        let levelling = self.since_levelling_s >= p.levelling.interval_s;
+        if levelling {
+            self.since_levelling_s = 0.0;
+        }
+        self.since_compass_s += span_s;
+        let speed = libm::sqrt(state.leaky_velocity.length_squared());
+        self.compass.note_motion(span_s, turn_rad, speed);
+        self.hard_iron.note_motion(turn_rad, speed * span_s, &p.hard_iron);
+        let reading = step.mag.map(|mag| {
+            let rate = step.increment.angle * span_s.recip() - state.gyro_bias;
+            if self.compass.reference().is_some() {
+                let rate_rad_s = turn_rad / span_s;
+                self.hard_iron.take(mag.vector, state.orientation, rate_rad_s, &p.hard_iron);
+            }
+            let field = mag.vector - self.hard_iron.correction();
+            (state.orientation * field, state.orientation * rate)
+        });
+        let field = self.compass.average(reading, state.mag_delay_s, span_s, &p.compass);
+        if self.compass.reference().is_some() {
+            self.heading_origin = self.origin_now(p.heading);
+        }
+        Due { window: self.rest.push(&step.increment, &p.rest), levelling, field }
+    }
+
+    fn stand(&mut self, state: &mut State, window: &WindowStatistics, p: &Parameters) {
+        let bias_sigma = libm::sqrt(state.covariance.variances(GYRO_BIAS).max_element());
+        self.at_rest = window.is_rest(state.gyro_bias, bias_sigma, &p.rest);
+        if !self.at_rest {
+            self.resting_s = 0.0;
+            return;
+        }
+        self.resting_s += p.rest.interval_s;
+        let faded = self.resting_s > 2.0 * p.levelling.time_constant_s;
+        standstill::zero_velocity(state, p.rest.velocity_sigma_m_s, faded);
+        // The window is longer than the interval, so successive means are correlated: the noise is
+        // counted as if each block came alone.
+        let noise = p.noise.gyro_density / libm::sqrt(p.rest.interval_s);
+        standstill::zero_rate(state, window.confirmed_rate, noise.max(2e-4));
+    }
+
+    fn steer(
+        &mut self,
+        state: &mut State,
+        field: &FieldAverage,
+        p: &Parameters,
+    ) -> Option<CompassReport> {
+        let report = self.compass.update(state, field, p)?;
+        if report.outcome.used {
+            self.since_compass_s = 0.0;
+        }
+        self.heading_origin = self.origin_now(p.heading);
+        Some(report)
+    }
+
+    /// The magnetometer speaks for the first time after an alignment without it: whether north was
+    /// found, and the world turned for it.
+    fn find_north(&mut self, state: &mut State, average: &FieldAverage, p: &Parameters) -> bool {
+        let field = average.field;
+        let Some(angle) = self.compass.adopt(field, p.field_bearing_rad) else { return false };
+        let square = |x: f64| x * x;
+        let horizontal_ut2 = square(field.x) + square(field.y);
+        let noise = square(p.noise.mag_sigma_ut) / (average.count * horizontal_ut2);
+        let tilt = state.covariance.variances(ORIENTATION).truncate().max_element();
+        let deviation = square(p.compass.deviation_sigma_rad);
+        let by_tilt = square(field.z) / horizontal_ut2 * tilt;
+        state.turn_world(angle, noise + by_tilt + deviation, deviation);
+        // The world has turned, and the field in it.
+        self.hard_iron = HardIron::new(&p.hard_iron);
+        self.heading_origin = origin_when_used(p.heading);
+        self.since_compass_s = 0.0;
+        true
+    }
+
+    /// Where the heading comes from, silence of the magnetometer included.
+    fn origin_now(&self, mode: HeadingMode) -> HeadingOrigin {
+        match mode {
+            HeadingMode::InitialOnly => HeadingOrigin::InitialOnly,
+            _ if self.since_compass_s > HELD_AFTER_S || self.compass.is_disturbed() => {
+                HeadingOrigin::Held
+            }
+            _ => HeadingOrigin::Magnetometer,
+        }
+    }
+}
+
+const fn origin_when_used(mode: HeadingMode) -> HeadingOrigin {
+    match mode {
+        HeadingMode::InitialOnly => HeadingOrigin::InitialOnly,
+        HeadingMode::Continuous | HeadingMode::Adaptive => HeadingOrigin::Magnetometer,
+    }
+}
