@@ -1,6 +1,7 @@
 //! What `lodestoned` does when it is asked to.
 
 pub mod check;
+pub mod evaluate;
 pub mod replay;
 pub mod run;
 pub mod supervision;
@@ -31,6 +32,9 @@ pub enum CommandError {
     /// Replaying failed.
     #[error(transparent)]
     Replay(#[from] replay::ReplayCommandError),
+    /// Evaluating failed.
+    #[error(transparent)]
+    Evaluate(#[from] evaluate::EvaluateError),
 }
 
 impl CommandError {
@@ -40,6 +44,7 @@ impl CommandError {
             Self::Configuration(_) | Self::Files(_) | Self::Logging(_) => 2,
             Self::Run(e) => e.exit_code(),
             Self::Replay(e) => e.exit_code(),
+            Self::Evaluate(e) => e.exit_code(),
         }
     }
 }
@@ -59,6 +64,10 @@ pub fn execute(cli: &Cli) -> Result<(), CommandError> {
         Some(Command::Replay(args)) => {
             logging::init(cli.log.as_deref(), None)?;
             Ok(replay::replay(&load(cli.config.as_deref())?, args)?)
+        }
+        Some(Command::Evaluate(command)) => {
+            logging::init(cli.log.as_deref(), None)?;
+            Ok(evaluate::evaluate(cli.config.as_deref(), command)?)
         }
     }
 }

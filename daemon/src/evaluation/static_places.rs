@@ -81,6 +81,9 @@ pub struct Score {
     pub sigma_ut: Spread,
     /// Root mean square of the heading's error against the truth, degrees.
     pub heading_rms_deg: Spread,
+    /// The same for perfect readings of the same distortion, without noise, motors, instruments and
+    /// disturbances, degrees: what the calibration itself gets wrong, and no averaging takes away.
+    pub lasting_heading_rms_deg: Spread,
     /// Standard deviation of the field's norm at rest, µT: what changes in time alone.
     pub rest_sigma_ut: f64,
 }
@@ -127,16 +130,17 @@ pub struct Figures {
 pub fn evaluate(place: &Place, seed: u64, stop: &StopFlag) -> Result<PlaceResult, StaticError> {
     let session = Session::new(place, seed, stop)?;
     let (calibration, correction) = session.calibrate()?;
-    let fresh: Vec<Recorded> = (0..FRESH_RECORDINGS)
-        .map(|n| session.record(Purpose::Fresh(n), |_| {}))
-        .collect::<Result<_, _>>()?;
-    let rest = session.record(Purpose::Rest, at_rest)?;
-    let before = session.traces(&fresh, &Correction::NONE);
-    let uncalibrated = session.score(&before, &rest, &Correction::NONE)?;
-    let after = correction.map(|correction| session.traces(&fresh, &correction));
+    let unseen = Unseen {
+        turned: session.fresh(|_| {})?,
+        quiet: session.fresh(quiet)?,
+        rest: session.record(Purpose::Rest, at_rest)?,
+    };
+    let before = session.traces(&unseen.turned, &Correction::NONE);
+    let uncalibrated = session.score(&before, &unseen, &Correction::NONE)?;
+    let after = correction.map(|correction| session.traces(&unseen.turned, &correction));
     let judged = after.as_ref().zip(correction);
     let calibrated =
-        judged.map(|(after, correction)| session.score(after, &rest, &correction)).transpose()?;
+        judged.map(|(after, correction)| session.score(after, &unseen, &correction)).transpose()?;
     Ok(PlaceResult {
         name: place.name.clone(),
         scenario: place.source.clone(),
@@ -160,6 +164,15 @@ fn at_rest(synthetic: &mut Synthetic) {
     synthetic.duration_s = REST_S;
 }
 
+/// Leaves the distortion alone.
+fn quiet(synthetic: &mut Synthetic) {
+    synthetic.errors.noise_scale = 0.0;
+    synthetic.errors.quantise = false;
+    synthetic.motor.clear();
+    synthetic.instrument.clear();
+    synthetic.disturbance.clear();
+}
+
 /// ε of each recording, then their spread.
 fn epsilon_percent(before: &[Trace], after: &[Trace]) -> Option<Spread> {
     let of_one = |(before, after): (&Trace, &Trace)| {
@@ -173,6 +186,16 @@ fn epsilon_percent(before: &[Trace], after: &[Trace]) -> Option<Spread> {
 struct Recorded {
     readings: Vec<Reading>,
     truth: TruthSource,
+}
+
+/// What the calibration has not seen.
+struct Unseen {
+    /// Turned as for a calibration.
+    turned: Vec<Recorded>,
+    /// The same movements with perfect readings of the distortion.
+    quiet: Vec<Recorded>,
+    /// Standing.
+    rest: Recorded,
 }
 
 /// One place under evaluation.
@@ -198,6 +221,10 @@ impl<'a> Session<'a> {
         let mut readings = Vec::new();
         let truth = record(self.place, (purpose, self.seed), change, &mut readings, self.stop)?;
         Ok(Recorded { readings, truth })
+    }
+
+    fn fresh(&self, change: fn(&mut Synthetic)) -> Result<Vec<Recorded>, RecordingError> {
+        (0..FRESH_RECORDINGS).map(|n| self.record(Purpose::Fresh(n), change)).collect()
     }
 
     /// Calibrates from a recording of its own. Nothing of the truth goes in.
@@ -253,18 +280,20 @@ impl<'a> Session<'a> {
     fn score(
         &self,
         turned: &[Trace],
-        rest: &Recorded,
+        unseen: &Unseen,
         correction: &Correction,
     ) -> Result<Score, StaticError> {
-        let spread = |figure: fn(&Trace) -> Option<f64>| {
-            let all: Option<Vec<f64>> = turned.iter().map(figure).collect();
+        let quiet = self.traces(&unseen.quiet, correction);
+        let spread = |traces: &[Trace], figure: fn(&Trace) -> Option<f64>| {
+            let all: Option<Vec<f64>> = traces.iter().map(figure).collect();
             Spread::of(&all?)
         };
         let score = || {
             Some(Score {
-                sigma_ut: spread(Trace::norm_sigma_ut)?,
-                heading_rms_deg: spread(Trace::heading_rms_deg)?,
-                rest_sigma_ut: self.trace(rest, correction).norm_sigma_ut()?,
+                sigma_ut: spread(turned, Trace::norm_sigma_ut)?,
+                heading_rms_deg: spread(turned, Trace::heading_rms_deg)?,
+                lasting_heading_rms_deg: spread(&quiet, Trace::heading_rms_deg)?,
+                rest_sigma_ut: self.trace(&unseen.rest, correction).norm_sigma_ut()?,
             })
         };
         score().ok_or_else(|| StaticError::NoReadings {

@@ -11,4 +11,5 @@
 pub mod page;
 pub mod plot;
 pub mod scale;
+pub mod static_report;
 pub mod svg;
