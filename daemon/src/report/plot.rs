@@ -1,6 +1,6 @@
 //! One chart: axes with ticks and units, and marks in it.
 
-use super::scale::{Scale, Tick};
+use super::scale::{Scale, Tick, signed};
 use super::svg::{Escaped, Px, append, dots, polyline};
 
 /// An axis.
@@ -18,6 +18,16 @@ impl Axis {
     /// An axis with about `count` round ticks.
     pub fn new(label: &str, scale: Scale, count: usize) -> Self {
         Self { label: label.into(), scale, ticks: scale.ticks(count) }
+    }
+
+    /// An axis with ticks that divide it into `parts`, such as a circle's quarters.
+    pub fn every(label: &str, low: f64, high: f64, parts: u32) -> Self {
+        let tick = |part: u32| {
+            let value = low + (high - low) * f64::from(part) / f64::from(parts);
+            Tick { value, label: signed(value, 0) }
+        };
+        let ticks = (0..=parts).map(tick).collect();
+        Self { label: label.into(), scale: Scale::Linear(low, high), ticks }
     }
 
     /// An axis of named rows at 0, 1, 2, …

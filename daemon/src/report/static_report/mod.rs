@@ -61,7 +61,11 @@ impl StaticReport {
 
     fn head(&self) -> String {
         let (count, seed, version) = (self.places.len(), self.seed, self.version);
-        let places = if count == 1 { "one place".into() } else { format!("{count} places") };
+        let places = match count {
+            1 => "one place".into(),
+            6 => "six places".into(),
+            count => format!("{count} places"),
+        };
         format!(
             "<h1>How much calibration steadies the magnetometer</h1>\n\
              <p class=\"lead\">The static evaluation of Müller and Kranzlmüller, “Dynamic Sensor \

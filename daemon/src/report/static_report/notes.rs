@@ -53,6 +53,13 @@ pub(super) fn method(report: &StaticReport) -> String {
          turned by the true attitude: the magnetometer’s own part of a heading’s error. The truth is used \
          for this score alone."
             .into(),
+        "The heading error that a calibration expects of itself rests on noise that is independent from \
+         reading to reading. Slow drift, and devices that switch while the camera turns, come on top; the \
+         lasting error beside it shows by how much."
+            .into(),
+        "A car that circles is pressed outward, which looks like a tilt. All to one side that turns the \
+         heading by a degree and more, so the car circles to both sides."
+            .into(),
         "Calibrated field: B = C (B̃ − b₀ − b₁ (T − T₀)), the paper’s equation of hard and soft iron with \
          its temperature term apart."
             .into(),

@@ -17,6 +17,9 @@ const MOST_DOTS: usize = 800;
 /// Most dots of one colour in a small picture.
 const MOST_SMALL_DOTS: usize = 260;
 
+/// How far from a plane a reading counts as near it, in parts of the earth's field.
+const NEAR: f64 = 0.2;
+
 /// A plane of the body frame, seen along the axis about which a turn would move in it.
 struct Plane {
     class: &'static str,
@@ -46,6 +49,35 @@ const PLANES: [Plane; 3] = [
     },
 ];
 
+impl Plane {
+    /// The readings as seen in this plane, with the class of each cloud. Where they fill the whole
+    /// sphere they are pale but for those near the plane, which a turn about its axis draws as a
+    /// circle.
+    fn clouds(&self, result: &PlaceResult, trace: &Trace, most: usize) -> [(String, Points); 2] {
+        let (a, b) = self.axes;
+        let along = 3 - a - b;
+        let whole_sphere = turned_by_hand(result);
+        let near = |r: &FieldReading| {
+            !whole_sphere || r.body_ut[along].abs() < NEAR * result.earth_field_ut
+        };
+        let (near, far): (Vec<_>, Vec<_>) = thinned(trace, most).partition(|r| near(r));
+        let points = |readings: Vec<&FieldReading>| -> Points {
+            readings.iter().map(|r| (r.body_ut[a], r.body_ut[b])).collect()
+        };
+        [
+            (format!("far {}", self.class), points(far)),
+            (format!("near {}", self.class), points(near)),
+        ]
+    }
+}
+
+fn turned_by_hand(result: &PlaceResult) -> bool {
+    result.place.synthetic().trajectory == TrajectoryKind::Tumble
+}
+
+/// Where dots lie, µT.
+type Points = Vec<(f64, f64)>;
+
 /// The anchor of a place's section. Names of cameras hold nothing that an attribute could not.
 pub(super) fn anchor(result: &PlaceResult) -> String {
     format!("place-{}", Escaped(&result.name))
@@ -71,11 +103,10 @@ pub(super) fn thumbnail(result: &PlaceResult, calibrated: bool) -> String {
     let unit = half / reach(result);
     let clouds: String = PLANES
         .iter()
-        .map(|plane| {
-            let (a, b) = plane.axes;
-            let points = thinned(trace, MOST_SMALL_DOTS)
-                .map(|r| (half + unit * r.body_ut[a], half - unit * r.body_ut[b]));
-            format!("<path class=\"dots {}\" d=\"{}\"/>", plane.class, dots(points))
+        .flat_map(|plane| plane.clouds(result, trace, MOST_SMALL_DOTS))
+        .map(|(class, points)| {
+            let points = points.into_iter().map(|(x, y)| (half + unit * x, half - unit * y));
+            format!("<path class=\"dots {class}\" d=\"{}\"/>", dots(points))
         })
         .collect();
     let radius = Px(unit * result.earth_field_ut);
@@ -109,8 +140,8 @@ fn movement(result: &PlaceResult) -> String {
             "The camera can be lifted: it is turned through all attitudes by hand.".into()
         }
         TrajectoryKind::Turns => format!(
-            "The camera stays in its car, which nobody can turn over: it circles four times on ground \
-             that slopes by {}°. That is all the tilt there is, so the dots do not fill the sphere.",
+            "The camera stays in its car, which nobody can turn over: it makes two circles to each \
+             side on ground that slopes by {}°. That is all the tilt there is, so the dots do not fill the sphere.",
             signed(synthetic.tilt_deg, 1)
         ),
         _ => "The camera moves as its scenario says; that is no movement to calibrate with.".into(),
@@ -144,7 +175,8 @@ fn accepted(result: &PlaceResult, found: &Found) -> String {
         (
             "of it lasting",
             format!(
-                "{}° → {}°: without noise, motors and instruments; the calibration expected {}° (1σ)",
+                "{}° → {}°: what is left without noise and with all motors and devices off, such as their \
+                 mean field during calibration; expected by the calibration {}° (1σ)",
                 spread(before.lasting_heading_rms_deg, 2),
                 spread(after.lasting_heading_rms_deg, 2),
                 signed(found.heading_sigma_deg, 2)
@@ -181,13 +213,23 @@ fn spheres(result: &PlaceResult) -> String {
     if let Some(calibrated) = &result.figures.calibrated {
         panels += &row("Calibrated, on a recording that the calibration has not seen", calibrated);
     }
+    let seen = if turned_by_hand(result) {
+        "Full colour: readings near the plane of the picture, which lie on the circle itself; pale: the \
+         others."
+    } else {
+        "In a car they are rings on its lower side, where the field points, as far apart as the ground \
+         slopes."
+    };
     figure(
         "panels",
         &panels,
-        "<b>The paper’s figure “Calibration of the Magnetic Field Sensor”.</b> The measured field in \
-         body axes, seen along the <span class=\"roll\">roll</span>, <span class=\"pitch\">pitch</span> \
-         and <span class=\"yaw\">yaw</span> axis. Dashed: the earth’s field at this place. Calibrated \
-         readings lie on a sphere of that radius about the origin: its outline is the circle.",
+        &format!(
+            "<b>The paper’s figure “Calibration of the Magnetic Field Sensor”.</b> The measured field in \
+             body axes, seen along the <span class=\"roll\">roll</span>, <span \
+             class=\"pitch\">pitch</span> and <span class=\"yaw\">yaw</span> axis. Dashed: the earth’s \
+             field at this place. Calibrated readings lie on a sphere of that radius about the origin. \
+             {seen}"
+        ),
     )
 }
 
@@ -195,9 +237,9 @@ fn sphere(result: &PlaceResult, plane: &Plane, reach: f64, trace: &Trace) -> Str
     let name = format!("{}, {}", title(result), plane.name);
     let mut plot = Plot::square(&name, 340.0, plane.labels, reach);
     plot.ring("", result.earth_field_ut);
-    let (a, b) = plane.axes;
-    let point = |r: &FieldReading| (r.body_ut[a], r.body_ut[b]);
-    plot.dots(plane.class, thinned(trace, MOST_DOTS).map(point));
+    for (class, points) in plane.clouds(result, trace, MOST_DOTS) {
+        plot.dots(&class, points.into_iter());
+    }
     plot.finish()
 }
 
@@ -208,13 +250,13 @@ fn errors(result: &PlaceResult) -> String {
     let earth = result.earth_field_ut;
     let strength = Panel {
         name: "strength of the field over time",
-        x: ("time, s", None),
+        x: None,
         y: "|B| − |B earth|, µT",
         point: &|r: &FieldReading| (r.time_s, r.body_ut.length() - earth),
     };
     let heading = Panel {
         name: "error of the heading by heading",
-        x: ("true heading, ° from north", Some(Scale::Linear(0.0, 360.0))),
+        x: Some(Axis::every("true heading, ° from north", 0.0, 360.0, 4)),
         y: "heading error, °",
         point: &|r: &FieldReading| (r.heading_deg, r.heading_error_deg),
     };
@@ -230,7 +272,8 @@ fn errors(result: &PlaceResult) -> String {
 /// A chart of every reading before and after.
 struct Panel<'a> {
     name: &'a str,
-    x: (&'a str, Option<Scale>),
+    /// The axis of x; time if absent.
+    x: Option<Axis>,
     y: &'a str,
     point: &'a dyn Fn(&FieldReading) -> (f64, f64),
 }
@@ -240,9 +283,9 @@ fn panel(result: &PlaceResult, panel: &Panel<'_>) -> String {
     let after = result.figures.calibrated.as_ref();
     let all =
         || [Some(before), after].into_iter().flatten().flat_map(|trace| &trace.0).map(panel.point);
-    let x = panel.x.1.unwrap_or_else(|| Scale::around(all().map(|point| point.0)));
-    let (x, y) =
-        (Axis::new(panel.x.0, x, 8), Axis::new(panel.y, Scale::around(all().map(|p| p.1)), 6));
+    let time = || Axis::new("time, s", Scale::around(all().map(|point| point.0)), 8);
+    let x = panel.x.clone().unwrap_or_else(time);
+    let y = Axis::new(panel.y, Scale::around(all().map(|point| point.1)), 6);
     let legend = if after.is_some() { &BEFORE_AND_AFTER[..] } else { &BEFORE_AND_AFTER[..1] };
     let name = format!("{}: {}", title(result), panel.name);
     let mut plot = Plot::with_legend(&name, (520.0, 300.0), 58.0, (&x, &y), legend);

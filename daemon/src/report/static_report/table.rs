@@ -64,8 +64,8 @@ fn row(result: &PlaceResult) -> String {
 /// The table for a terminal.
 pub fn text(places: &[PlaceResult]) -> String {
     let mut rows = vec![
-        ["", "σ_nc µT", "", "σ_c µT", "", "ε %", "", "heading RMS °", ""].map(String::from),
-        ["place", "ours", "paper", "ours", "paper", "ours", "paper", "before", "after"]
+        ["", "σ_nc", "", "σ_c", "", "ε", "", "heading RMS", ""].map(String::from),
+        ["place", "ours µT", "paper", "ours µT", "paper", "ours %", "paper", "before °", "after °"]
             .map(String::from),
     ];
     rows.extend(places.iter().map(text_row));
