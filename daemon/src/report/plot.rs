@@ -66,7 +66,7 @@ pub struct Plot {
     within: String,
 }
 
-const RIGHT_PX: f64 = 12.0;
+const RIGHT_PX: f64 = 18.0;
 const BOTTOM_PX: f64 = 40.0;
 const TOP_PX: f64 = 12.0;
 

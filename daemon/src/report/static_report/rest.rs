@@ -76,7 +76,7 @@ fn drawn(sensor: &Sensor<'_>) -> String {
     let label = format!("{}, {}", sensor.name, sensor.unit);
     let y = Axis::new(&label, Scale::around(values), 6);
     let name = format!("{} at rest", sensor.name);
-    let mut plot = Plot::with_legend(&name, (520.0, 320.0), 64.0, (&x, &y), &legend());
+    let mut plot = Plot::with_legend(&name, (520.0, 320.0), 70.0, (&x, &y), &legend());
     for (axis, (class, _)) in AXES.iter().enumerate() {
         let line = points.iter().map(|(time_s, value)| (*time_s, value[axis]));
         plot.line(&format!("thin {class}"), line);
