@@ -141,7 +141,7 @@ impl Estimator {
     /// Accounts for a stretch of time without samples, too long to bridge.
     pub fn cross_gap(&mut self, span: SensorSpan) {
         let gap_s = span.as_secs_f64();
-        self.aids.forget_rest();
+        self.aids.cross_gap();
         self.alignment = Alignment::new();
         let Some(state) = &mut self.state else { return };
         follow(state, &mut self.pending, &self.noise);
