@@ -194,10 +194,11 @@ impl Estimator {
 
     /// The filter's own covariance, and what no filter learns about a compass.
     fn orientation_covariance(&self, mut covariance: DMat3) -> DMat3 {
-        if self.aids.heading_origin != HeadingOrigin::Arbitrary {
-            let systematic = self.parameters.compass.systematic_sigma_rad;
-            covariance.z_axis.z += systematic * systematic;
-        }
+        let beyond = match self.aids.heading_origin {
+            HeadingOrigin::Arbitrary => core::f64::consts::PI,
+            _ => self.parameters.compass.systematic_sigma_rad,
+        };
+        covariance.z_axis.z += beyond * beyond;
         covariance
     }
 
