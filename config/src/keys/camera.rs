@@ -125,10 +125,11 @@ pub(super) const NOISE: &[Key] = &[
 pub(super) const SYNTHETIC: &[Key] = &[
     key(
         "trajectory",
-        Choice(&["standing", "walk", "stairs", "model-vehicle", "car"]),
+        Choice(&["standing", "walk", "stairs", "model-vehicle", "car", "turns", "tumble"]),
         "",
         "How the camera moves: not at all, by hand through a room, up and down a staircase, on a \
-         model vehicle on the floor, or in a car through a town at up to 80 km/h.",
+         model vehicle on the floor, in a car through a town at up to 80 km/h; or turned for a \
+         calibration: tilted about the vertical, or through all attitudes.",
     ),
     key(
         "rest_s",

@@ -17,6 +17,10 @@ pub enum TrajectoryKind {
     ModelVehicle,
     /// It rides in a car through a town, up to 80 km/h.
     Car,
+    /// It is turned about the vertical and tilted to every side, for a calibration.
+    Turns,
+    /// It is turned through all attitudes, for a calibration.
+    Tumble,
 }
 
 /// One synthetic camera. Its sensor axes are those of a ZED 2.

@@ -243,6 +243,8 @@ fn info(camera: &Camera, trajectory: TrajectoryKind) -> DriverInfo {
         TrajectoryKind::Stairs => "stairs",
         TrajectoryKind::ModelVehicle => "model vehicle",
         TrajectoryKind::Car => "car",
+        TrajectoryKind::Turns => "turns",
+        TrajectoryKind::Tumble => "tumble",
     };
     DriverInfo {
         description: format!("synthetic {name}"),

@@ -11,6 +11,7 @@ mod path;
 mod plan;
 mod stairs;
 mod standing;
+mod turning;
 mod walk;
 mod wave;
 
@@ -56,6 +57,8 @@ pub(crate) fn build(
         TrajectoryKind::Stairs => Arc::new(stairs::Stairs::drawn(rest_s, rng)),
         TrajectoryKind::ModelVehicle => Arc::new(model_vehicle::ModelVehicle::drawn(rest_s, rng)),
         TrajectoryKind::Car => Arc::new(car::Car::drawn(rest_s, rng)),
+        TrajectoryKind::Turns => Arc::new(turning::Turning::turns(rest_s, rng)),
+        TrajectoryKind::Tumble => Arc::new(turning::Turning::tumble(rest_s, rng)),
     }
 }
 

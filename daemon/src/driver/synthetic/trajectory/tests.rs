@@ -1,13 +1,15 @@
 //! What holds for every trajectory, and what makes each the one it is.
 
 use glam::{DQuat, DVec3};
-use lodestone_config::model::TrajectoryKind::{self, Car, ModelVehicle, Stairs, Standing, Walk};
+use lodestone_config::model::TrajectoryKind::{
+    self, Car, ModelVehicle, Stairs, Standing, Tumble, Turns, Walk,
+};
 use proptest::prelude::*;
 
 use crate::driver::synthetic::kinematics::{Earth, Motion, Mover};
 use crate::driver::synthetic::random::Stream;
 
-const KINDS: [TrajectoryKind; 5] = [Standing, Walk, Stairs, ModelVehicle, Car];
+const KINDS: [TrajectoryKind; 7] = [Standing, Walk, Stairs, ModelVehicle, Car, Turns, Tumble];
 const SAMPLE_S: f64 = 0.0025;
 const REST_S: f64 = 2.0;
 
@@ -28,6 +30,8 @@ const fn roughness(kind: TrajectoryKind) -> (f64, f64) {
         Stairs => (80.0, 9.0),
         ModelVehicle => (30.0, 7.0),
         Car => (200.0, 3.0),
+        Turns => (2.0, 1.0),
+        Tumble => (2.0, 4.0),
     }
 }
 
