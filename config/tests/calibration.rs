@@ -17,12 +17,39 @@ hard_iron_slope_ut_k = [0.05, 0.0, -0.02]
 reference_temperature_c = 30.0
 soft_iron = [[1.02, 0.01, 0.0], [0.01, 0.97, 0.02], [0.0, 0.02, 1.01]]
 heading_sigma_deg = 0.8
+level_heading_sigma_deg = 0.9
+residual_ut = 0.4
+field_ut = 48.5
+field_sigma_ut = 0.7
+dip_deg = 66.5
+dip_sigma_deg = 0.1
+covariance = [
+  [0.0004, 0.0001, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+  [0.0001, 0.0004, 0.0001, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+  [0.0, 0.0001, 0.0004, 0.0001, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+  [0.0, 0.0, 0.0001, 0.0004, 0.0001, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+  [0.0, 0.0, 0.0, 0.0001, 0.0004, 0.0001, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+  [0.0, 0.0, 0.0, 0.0, 0.0001, 0.0004, 0.0001, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+  [0.0, 0.0, 0.0, 0.0, 0.0, 0.0001, 0.0004, 0.0001, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+  [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0001, 0.0004, 0.0001, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+  [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0001, 0.0004, 0.0001, 0.0, 0.0, 0.0, 0.0, 0.0],
+  [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0001, 0.0004, 0.0001, 0.0, 0.0, 0.0, 0.0],
+  [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0001, 0.0004, 0.0001, 0.0, 0.0, 0.0],
+  [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0001, 0.0004, 0.0001, 0.0, 0.0],
+  [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0001, 0.0004, 0.0001, 0.0],
+  [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0001, 0.0004, 0.0001],
+  [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0001, 0.0004],
+]
 
 [gyro]
 bias_rad_s = [0.001, -0.002, 0.0005]
+bias_sigma_rad_s = [1e-4, 1e-4, 2e-4]
+bias_slope_rad_s_k = [1e-5, 0.0, -2e-5]
+reference_temperature_c = 30.0
 
 [accelerometer]
 bias_m_s2 = [0.02, -0.01, 0.05]
+bias_sigma_m_s2 = [0.01, 0.01, 0.3]
 "#;
 
 fn messages(text: &str) -> Vec<String> {
@@ -86,6 +113,37 @@ fn a_file_that_calibrates_nothing_is_refused() {
 }
 
 #[test]
+fn a_covariance_that_is_none_is_refused() {
+    let rows = |size: usize, element: fn(usize, usize) -> f64| -> String {
+        let row = |i| (0..size).map(|j| element(i, j).to_string()).collect::<Vec<_>>().join(", ");
+        format!("[{}]", (0..size).map(|i| format!("[{}]", row(i))).collect::<Vec<_>>().join(", "))
+    };
+    let one: fn(usize, usize) -> f64 = |i, j| if i == j { 1.0 } else { 0.0 };
+    let head = "serial = 1\ndate = 2026-05-04\n[magnetometer]\nhard_iron_ut = [1, 2, 3]\n\
+                soft_iron = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n";
+    let with = |covariance: &str| format!("{head}covariance = {covariance}\n");
+    let good = Calibration::from_toml("front.toml", &with(&rows(12, one)));
+    assert_eq!(
+        good.expect("valid").magnetometer.expect("there").covariance.map(|c| c.len()),
+        Some(12)
+    );
+    for (covariance, problem) in [
+        (rows(11, one), "has 11 rows, not 12 or 15"),
+        (rows(12, |i, j| if i == j { -1.0 } else { 0.0 }), "is no covariance"),
+        (rows(12, |i, j| if i > j { 0.5 } else { f64::from(i == j) }), "is no covariance"),
+        (rows(12, |i, j| f64::from(i == j) + 3.0), "row 1: has"),
+        ("7".into(), "is a whole number"),
+    ] {
+        let covariance =
+            if problem.starts_with("row") { covariance.replacen("4, ", "", 1) } else { covariance };
+        let messages = messages(&with(&covariance));
+        assert!(messages[0].contains(problem), "{messages:?}");
+    }
+    let slope = format!("{head}hard_iron_slope_ut_k = [1, 0, 0]\ncovariance = {}\n", rows(12, one));
+    assert!(messages(&slope)[0].contains("15 rows"));
+}
+
+#[test]
 fn every_key_is_explained() {
     let text = explain_calibration();
     let keys = calibration_keys();
@@ -98,6 +156,7 @@ fn every_key_is_explained() {
             value = value.get(part).unwrap_or_else(|| panic!("{} is not in the example", key.key));
         }
     }
-    let reference = keys.iter().find(|key| key.key.ends_with("reference_temperature_c"));
+    let reference =
+        keys.iter().find(|key| key.key.ends_with("magnetometer.reference_temperature_c"));
     assert_eq!(reference.and_then(|key| key.default.as_deref()), Some("25.0"));
 }

@@ -98,7 +98,7 @@ fn the_scenarios_are_valid_places_of_one_camera_each() {
         let synthetic = camera.synthetic.as_ref().expect("a synthetic camera");
         assert!(config.world.year.is_some(), "{file}: the field would change with the day");
         assert!(synthetic.duration_s > 0.0, "{file} never ends");
-        let movable = [TrajectoryKind::Tumble, TrajectoryKind::Turns];
+        let movable = [TrajectoryKind::Tumble, TrajectoryKind::Circles];
         assert!(movable.contains(&synthetic.trajectory), "{file} does not calibrate");
         assert!(synthetic.distortion.hard_iron_ut.iter().any(|&b| b != 0.0));
         biases.insert(format!("{:?}", synthetic.errors));

@@ -36,6 +36,8 @@ pub enum Command {
     /// Measure how good it is, in the synthetic world, by the tables of the paper
     #[command(subcommand)]
     Evaluate(EvaluateCommand),
+    /// Find the errors of a camera's sensors while it is turned, or from a recording
+    Calibrate(CalibrateArgs),
 }
 
 /// What can be evaluated.
@@ -100,9 +102,69 @@ pub struct ReplayArgs {
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
 
+    /// Calibration to apply; its serial must be that of --serial or of the configured camera, where
+    /// there is one
+    #[arg(long, value_name = "FILE")]
+    pub calibration: Option<PathBuf>,
+
+    /// Serial number of the camera that made the recordings
+    #[arg(long, value_name = "N", value_parser = serial())]
+    pub serial: Option<u64>,
+
     /// 1 is real speed, 2 twice as fast, 0 as fast as it goes
     #[arg(long, value_name = "X", default_value = "0", value_parser = speed)]
     pub speed: f64,
+}
+
+/// Options of `calibrate`.
+#[derive(Clone, Debug, Args)]
+pub struct CalibrateArgs {
+    /// Recording, .csv or .csv.zst; without it, --camera
+    #[arg(value_name = "RECORDING", required_unless_present = "camera")]
+    pub recording: Option<PathBuf>,
+
+    /// Serial number of a configured camera, to calibrate it live
+    #[arg(long, value_name = "SERIAL", conflicts_with = "recording", value_parser = serial())]
+    pub camera: Option<u64>,
+
+    /// Serial number of the camera that made the recording
+    #[arg(long, value_name = "N", conflicts_with = "camera", value_parser = serial())]
+    pub serial: Option<u64>,
+
+    /// Calibration file to write [default: calibration-SERIAL.toml]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+
+    /// Overwrite the file
+    #[arg(long)]
+    pub force: bool,
+
+    /// How the camera is mounted, for people who read the file
+    #[arg(long, value_name = "TEXT")]
+    pub mounting: Option<String>,
+
+    /// Live: end by itself at this expected heading σ, degrees
+    #[arg(long, value_name = "DEG", default_value = "0.3", value_parser = degrees)]
+    pub sigma: f64,
+
+    /// Live: end after this many seconds with what is there
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub duration: Option<Duration>,
+
+    /// Print the result as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What a calibration file may be bound to: 0 stands for none, and TOML has signed numbers.
+fn serial() -> clap::builder::RangedU64ValueParser {
+    clap::value_parser!(u64).range(1..=i64::MAX as u64)
+}
+
+fn degrees(text: &str) -> Result<f64, String> {
+    let degrees: f64 = text.parse().map_err(|_| "not a number; allowed: above 0 to 180")?;
+    let allowed = degrees > 0.0 && degrees <= 180.0;
+    allowed.then_some(degrees).ok_or_else(|| "allowed: above 0 to 180".into())
 }
 
 fn duration(text: &str) -> Result<Duration, String> {
@@ -162,6 +224,13 @@ mod tests {
             "lodestoned evaluate static --rest 0.5",
             "lodestoned evaluate static --rest 1e6",
             "lodestoned evaluate static --seed -1",
+            "lodestoned calibrate",
+            "lodestoned calibrate a.csv --camera 7",
+            "lodestoned calibrate --camera 7 --serial 7",
+            "lodestoned calibrate a.csv --serial 0",
+            "lodestoned calibrate a.csv --serial 9223372036854775808",
+            "lodestoned calibrate --camera 7 --sigma 0",
+            "lodestoned calibrate --camera 7 --sigma nan",
             "lodestoned fly",
         ] {
             assert_eq!(parse(line).unwrap_err().exit_code(), 2, "{line}");

@@ -1,6 +1,6 @@
 //! Every key of a calibration file.
 
-use super::Kind::{Date, Number, SoftIron, Text, Vector, Whole};
+use super::Kind::{Covariance, Date, Number, SoftIron, Text, Vector, Whole};
 use super::range::{from_to, plus_minus};
 use super::text::Text::Description;
 use super::{Key, Schema, Section, Shape, key};
@@ -30,26 +30,14 @@ pub(crate) static CALIBRATION: Schema = Schema {
         Section {
             path: "gyro",
             shape: Shape::Optional,
-            meaning: "Gyroscope.",
-            keys: &[key(
-                "bias_rad_s",
-                Vector(plus_minus(1.0)),
-                "rad/s",
-                "What the gyroscope reads at rest.",
-            )
-            .required()],
+            meaning: "rate = reading − bias − slope (T − T0).",
+            keys: GYRO,
         },
         Section {
             path: "accelerometer",
             shape: Shape::Optional,
-            meaning: "Accelerometer.",
-            keys: &[key(
-                "bias_m_s2",
-                Vector(plus_minus(10.0)),
-                "m/s²",
-                "What the accelerometer reads above the true specific force.",
-            )
-            .required()],
+            meaning: "specific force = reading − bias.",
+            keys: ACCELEROMETER,
         },
     ],
 };
@@ -90,6 +78,63 @@ const MAGNETOMETER: &[Key] = &[
         "heading_sigma_deg",
         Number(from_to(0.0, 180.0)),
         "°",
-        "Standard deviation of the heading that this calibration leaves.",
+        "Standard deviation of the heading that this calibration leaves, over the tilts it was \
+         made with and all headings.",
+    ),
+    key(
+        "level_heading_sigma_deg",
+        Number(from_to(0.0, 180.0)),
+        "°",
+        "The same for a level camera.",
+    ),
+    key(
+        "residual_ut",
+        Number(from_to(0.0, 1000.0)),
+        "µT",
+        "What the calibration left of one reading, per axis.",
+    ),
+    key("field_ut", Number(from_to(0.0, 1000.0)), "µT", "Strength of the earth's field as found."),
+    key("field_sigma_ut", Number(from_to(0.0, 1000.0)), "µT", "Its standard deviation."),
+    key("dip_deg", Number(plus_minus(90.0)), "°", "Dip of the earth's field, positive downward."),
+    key("dip_sigma_deg", Number(from_to(0.0, 180.0)), "°", "Its standard deviation."),
+    key(
+        "covariance",
+        Covariance,
+        "",
+        "Covariance of C row by row, b0 and, where it was found, b1.",
+    ),
+];
+
+const GYRO: &[Key] = &[
+    key("bias_rad_s", Vector(plus_minus(1.0)), "rad/s", "What the gyroscope reads at rest, at T0.")
+        .required(),
+    key("bias_sigma_rad_s", Vector(from_to(0.0, 1.0)), "rad/s", "Its standard deviation."),
+    key(
+        "bias_slope_rad_s_k",
+        Vector(plus_minus(0.1)),
+        "rad/s/K",
+        "Change of the bias per kelvin; not applied if absent.",
+    ),
+    key(
+        "reference_temperature_c",
+        Number(from_to(-40.0, 85.0)),
+        "°C",
+        "Temperature T0 of bias and slope.",
+    ),
+];
+
+const ACCELEROMETER: &[Key] = &[
+    key(
+        "bias_m_s2",
+        Vector(plus_minus(10.0)),
+        "m/s²",
+        "What the accelerometer reads above the true specific force.",
+    )
+    .required(),
+    key(
+        "bias_sigma_m_s2",
+        Vector(from_to(0.0, 10.0)),
+        "m/s²",
+        "Its standard deviation; large along a direction that the movement did not show.",
     ),
 ];

@@ -125,11 +125,21 @@ pub(super) const NOISE: &[Key] = &[
 pub(super) const SYNTHETIC: &[Key] = &[
     key(
         "trajectory",
-        Choice(&["standing", "walk", "stairs", "model-vehicle", "car", "tumble", "turns"]),
+        Choice(&[
+            "standing",
+            "walk",
+            "stairs",
+            "model-vehicle",
+            "car",
+            "turns",
+            "tumble",
+            "circles",
+        ]),
         "",
         "How the camera moves: not at all, by hand through a room, up and down a staircase, on a \
-         model vehicle on the floor, in a car through a town at up to 80 km/h, turned through all \
-         attitudes by hand, or in a car that circles on sloping ground.",
+         model vehicle on the floor, in a car through a town at up to 80 km/h; or turned for a \
+         calibration: tilted about the vertical, through all attitudes, or in a car that \
+         circles on sloping ground.",
     ),
     key(
         "rest_s",
@@ -142,7 +152,7 @@ pub(super) const SYNTHETIC: &[Key] = &[
         "tilt_deg",
         Number(from_to(0.0, 45.0)),
         "°",
-        "Slope of the ground on which trajectory \"turns\" circles. Below some 2° a calibration is \
+        "Slope of the ground under trajectory \"circles\". Below some 2° a calibration is \
          refused; streets have up to 7°, ramps up to 9°.",
     ),
     key(

@@ -4,6 +4,7 @@ use toml::Value;
 use toml::de::DeValue;
 
 use super::axes;
+use super::covariance;
 use super::matrix;
 use super::number;
 use super::range::Range;
@@ -24,6 +25,8 @@ pub(crate) enum Kind {
     Vector(Range),
     /// Three rows of three finite numbers that make a usable soft-iron matrix.
     SoftIron(Range),
+    /// The covariance of a magnetometer's calibration.
+    Covariance,
     /// Three signed axes, right-handed.
     Axes,
     /// Text with a meaning.
@@ -42,6 +45,7 @@ impl Kind {
             Self::Choice(words) => check_choice(value, words),
             Self::Vector(range) => number::check_vector(value, range).map(number::to_value),
             Self::SoftIron(range) => matrix::check(value, range),
+            Self::Covariance => covariance::check(value),
             Self::Axes => axes::check(value),
             Self::Text(text) => check_text(value, text),
             Self::Date => check_date(value),
@@ -62,6 +66,7 @@ impl Kind {
             Self::Choice(words) => list_words(words),
             Self::Vector(range) => with_unit(format!("3 numbers, each {range}")),
             Self::SoftIron(range) => matrix::allowed(range),
+            Self::Covariance => covariance::ALLOWED.into(),
             Self::Axes => axes::ALLOWED.into(),
             Self::Text(text) => text.allowed(),
             Self::Date => "a day, written 2026-05-31".into(),
@@ -77,6 +82,7 @@ impl Kind {
             Self::Choice(words) => Value::String(words.first().copied().unwrap_or("").into()),
             Self::Vector(range) => number::to_value([range.any(); 3]),
             Self::SoftIron(_) => matrix::identity(),
+            Self::Covariance => covariance::stand_in(),
             Self::Axes => axes::stand_in(),
             Self::Text(_) => Value::String(String::new()),
             Self::Date => {

@@ -4,6 +4,7 @@ mod axes;
 mod calibration;
 mod camera;
 mod config;
+mod covariance;
 mod kind;
 mod matrix;
 mod number;

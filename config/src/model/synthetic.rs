@@ -17,10 +17,12 @@ pub enum TrajectoryKind {
     ModelVehicle,
     /// It rides in a car through a town, up to 80 km/h.
     Car,
-    /// It is turned through all attitudes by hand, as one calibrates a camera that can be lifted.
-    Tumble,
-    /// It rides in a car that circles on sloping ground, as one calibrates a camera in a car.
+    /// It is turned about the vertical and tilted to every side, for a calibration.
     Turns,
+    /// It is turned through all attitudes, for a calibration.
+    Tumble,
+    /// It rides in a car that circles on sloping ground, for a calibration.
+    Circles,
 }
 
 /// One synthetic camera. Its sensor axes are those of a ZED 2.
@@ -31,7 +33,7 @@ pub struct Synthetic {
     pub trajectory: TrajectoryKind,
     /// Rest before the motion begins, s.
     pub rest_s: f64,
-    /// Slope of the ground on which `turns` circles, degrees.
+    /// Slope of the ground under trajectory `circles`, degrees.
     pub tilt_deg: f64,
     /// Seed of everything random; the same seed gives the same samples.
     pub seed: u64,

@@ -22,6 +22,7 @@ mod heading;
 mod levelling;
 mod linear;
 mod outcome;
+mod progress;
 mod refusal;
 mod sample;
 mod settings;
@@ -34,6 +35,7 @@ pub use coverage::Coverage;
 pub use outcome::{
     AccelerometerErrors, FieldFound, GyroErrors, MagnetometerErrors, Outcome, TemperatureSpan,
 };
+pub use progress::{Progress, thinned};
 pub use refusal::{Missing, Refusal};
 pub use sample::Sample;
 pub use settings::{FieldPrior, Limits, SensorNoise, Settings};

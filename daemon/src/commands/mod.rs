@@ -1,5 +1,6 @@
 //! What `lodestoned` does when it is asked to.
 
+pub mod calibrate;
 pub mod check;
 pub mod evaluate;
 pub mod replay;
@@ -29,6 +30,9 @@ pub enum CommandError {
     /// Files that the configuration names cannot be used.
     #[error("{0}")]
     Files(String),
+    /// There is no calibration.
+    #[error(transparent)]
+    Calibrate(#[from] calibrate::CalibrateError),
     /// Replaying failed.
     #[error(transparent)]
     Replay(#[from] replay::ReplayCommandError),
@@ -43,6 +47,7 @@ impl CommandError {
         match self {
             Self::Configuration(_) | Self::Files(_) | Self::Logging(_) => 2,
             Self::Run(e) => e.exit_code(),
+            Self::Calibrate(e) => e.exit_code(),
             Self::Replay(e) => e.exit_code(),
             Self::Evaluate(e) => e.exit_code(),
         }
@@ -69,6 +74,7 @@ pub fn execute(cli: &Cli) -> Result<(), CommandError> {
             logging::init(cli.log.as_deref(), None)?;
             Ok(evaluate::evaluate(cli.config.as_deref(), command)?)
         }
+        Some(Command::Calibrate(args)) => execute_calibrate(cli, args),
     }
 }
 
@@ -78,6 +84,13 @@ fn execute_run(cli: &Cli, args: &crate::cli::RunArgs) -> Result<(), CommandError
     logging::init(cli.log.as_deref(), console.log_lines())?;
     check::check_files(&loaded)?;
     Ok(run::run(loaded, args, console, crate::pipeline::start)?)
+}
+
+fn execute_calibrate(cli: &Cli, args: &crate::cli::CalibrateArgs) -> Result<(), CommandError> {
+    let guidance = calibrate::Guidance::choose(args.json || args.recording.is_some());
+    logging::init(cli.log.as_deref(), guidance.log_lines())?;
+    let loaded = load(cli.config.as_deref())?;
+    Ok(calibrate::calibrate(&loaded, cli.config.is_some(), args, guidance)?)
 }
 
 /// The configuration of a file, or the embedded one.

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use lodestone_config::model::{Camera, DriverKind, Replay};
-use lodestone_config::{LoadError, Loaded};
+use lodestone_config::{Calibration, LoadError, Loaded};
 use lodestone_schema::Status;
 
 use crate::cli::ReplayArgs;
@@ -87,7 +87,7 @@ pub fn replay(loaded: &Loaded, args: &ReplayArgs) -> Result<(), ReplayCommandErr
     fs::create_dir_all(&args.out)
         .map_err(|source| ReplayCommandError::Directory { path: args.out.clone(), source })?;
     for (recording, poses) in args.files.iter().zip(&outputs) {
-        let summary = replay_one(loaded, recording, poses, args.speed, &stop)?;
+        let summary = replay_one(loaded, recording, poses, args, &stop)?;
         tell(recording, &summary);
     }
     Ok(())
@@ -126,13 +126,14 @@ fn replay_one(
     loaded: &Loaded,
     recording: &Path,
     poses: &Path,
-    speed: f64,
+    args: &ReplayArgs,
     stop: &StopFlag,
 ) -> Result<Summary, ReplayCommandError> {
     let file = recording.to_string_lossy().into_owned();
-    let mut driver = ReplayDriver::open(&Replay { file, speed, repeat: false }, Path::new(""))?;
+    let settings = Replay { file, speed: args.speed, repeat: false };
+    let mut driver = ReplayDriver::open(&settings, Path::new(""))?;
     let failure = driver.failure();
-    let mut lane = Lane::new(loaded, &driver, poses)?;
+    let mut lane = Lane::new(loaded, args, &driver, poses)?;
     let (mut producer, mut consumer) = ring(loaded.config.lane.ring_capacity);
     loop {
         let state = driver.poll(Duration::from_millis(100), &mut producer);
@@ -179,11 +180,12 @@ struct Lane {
 impl Lane {
     fn new(
         loaded: &Loaded,
+        args: &ReplayArgs,
         driver: &ReplayDriver,
         poses: &Path,
     ) -> Result<Self, ReplayCommandError> {
         let camera = recorded_camera(loaded);
-        let calibration = loaded.calibration(&camera)?;
+        let calibration = calibration(loaded, &camera, args)?;
         let rate_hz = driver.info().nominal_rate_hz;
         let settings =
             LaneSettings::new(&loaded.config, 0, &camera, calibration.as_ref(), rate_hz)?;
@@ -211,6 +213,24 @@ fn recorded_camera(loaded: &Loaded) -> Camera {
     configured
         .cloned()
         .unwrap_or_else(|| Camera { driver: DriverKind::Replay, ..Camera::default() })
+}
+
+/// The calibration that was asked for, else the configured one. A recording does not say which camera
+/// made it: where neither the command line nor the configuration does, the file's word stands.
+fn calibration(
+    loaded: &Loaded,
+    camera: &Camera,
+    args: &ReplayArgs,
+) -> Result<Option<Calibration>, LoadError> {
+    let configured = (camera.serial != 0).then_some(camera.serial);
+    let Some(file) = &args.calibration else {
+        let camera = Camera { serial: args.serial.unwrap_or(camera.serial), ..camera.clone() };
+        return loaded.calibration(&camera);
+    };
+    match args.serial.or(configured) {
+        Some(serial) => Calibration::load(file, serial).map(Some),
+        None => Calibration::load_any(file).map(Some),
+    }
 }
 
 fn tell(recording: &Path, s: &Summary) {

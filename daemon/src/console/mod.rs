@@ -65,7 +65,7 @@ impl Drop for Console {
 }
 
 /// Columns and rows of the terminal; very many where it does not tell.
-fn terminal_size() -> (usize, usize) {
+pub(crate) fn terminal_size() -> (usize, usize) {
     let known = |count: u16| if count == 0 { 1000 } else { usize::from(count) };
     let size = rustix::termios::tcgetwinsize(rustix::stdio::stdout());
     size.map_or((1000, 1000), |size| (known(size.ws_col), known(size.ws_row)))

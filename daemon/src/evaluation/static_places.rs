@@ -1,7 +1,7 @@
 //! The paper's static table: how much calibration steadies the magnetometer at each place.
 
 use glam::DVec3;
-use lodestone_calibration::{FieldPrior, Outcome, Sample, Settings, calibrate};
+use lodestone_calibration::{Outcome, Sample, calibrate};
 use lodestone_config::model::{Synthetic, TrajectoryKind};
 use serde::Serialize;
 
@@ -10,7 +10,8 @@ use super::paper::{PaperRow, row_of};
 use super::place::Place;
 use super::recording::{Purpose, RecordingError, record};
 use super::statistics::{Spread, improvement};
-use super::trace::{Trace, body_from_sensor};
+use super::trace::Trace;
+use crate::commands::calibrate::{sample, settings_of};
 use crate::driver::synthetic::{EarthField, FieldError, TruthSource};
 use crate::reading::Reading;
 use crate::service::signals::StopFlag;
@@ -227,33 +228,19 @@ impl<'a> Session<'a> {
         (0..FRESH_RECORDINGS).map(|n| self.record(Purpose::Fresh(n), change)).collect()
     }
 
-    /// Calibrates from a recording of its own. Nothing of the truth goes in.
+    /// Calibrates from a recording of its own as `lodestoned calibrate` does: it is told of the place
+    /// and the camera's noise figures what the configuration says, and nothing of the truth.
     fn calibrate(&self) -> Result<(Verdict, Option<Correction>), RecordingError> {
         let recorded = self.record(Purpose::Calibration, |_| {})?;
         let samples: Vec<Sample> = recorded.readings.iter().map(sample).collect();
-        Ok(match calibrate(&samples, &self.settings()) {
+        let settings = settings_of(&self.place.camera, Some(&self.place.world));
+        Ok(match calibrate(&samples, &settings) {
             Ok(outcome) => {
                 let correction = Correction::of(&outcome);
                 (Verdict::Accepted(self.found(&outcome)), Some(correction))
             }
             Err(refusal) => (Verdict::Refused(refusal.to_string()), None),
         })
-    }
-
-    /// What anyone may know of the place: the World Magnetic Model, as uncertain as local rock and
-    /// buildings make it, and how the camera is mounted.
-    fn settings(&self) -> Settings {
-        let field = self.earth.world_ut;
-        Settings {
-            field: Some(FieldPrior {
-                strength_ut: field.length(),
-                strength_sigma_ut: 1.0,
-                dip_deg: (-field.z).atan2(field.truncate().length()).to_degrees(),
-                dip_sigma_deg: 1.0,
-            }),
-            level_up: Some(body_from_sensor(self.place.camera.axes()).transpose() * DVec3::Z),
-            ..Settings::default()
-        }
     }
 
     fn found(&self, outcome: &Outcome) -> Found {
@@ -300,16 +287,5 @@ impl<'a> Session<'a> {
             scenario: self.place.source.clone(),
             camera: self.place.name.clone(),
         })
-    }
-}
-
-/// A reading as the calibration takes it, in sensor axes.
-fn sample(reading: &Reading) -> Sample {
-    Sample {
-        time_ns: reading.sensor_time.as_nanos(),
-        gyro_rad_s: reading.gyro.vector,
-        accel_m_s2: reading.accel.vector,
-        mag_ut: reading.mag.map(|mag| mag.vector),
-        temperature_c: reading.temperature_c.map(f64::from),
     }
 }

@@ -1,8 +1,8 @@
 //! Sensor axes to body axes, and the camera's calibration.
 
 use glam::{DMat3, DVec3};
-use lodestone_config::Calibration;
 use lodestone_config::model::AxisMap;
+use lodestone_config::{Calibration, GyroCalibration};
 use lodestone_fusion::{Accel, Body, Gyro, ImuSample, Mag};
 
 use crate::reading::Reading;
@@ -12,10 +12,19 @@ use crate::reading::Reading;
 pub struct Conditioner {
     /// A signed permutation: body coordinates of a vector given in sensor axes.
     body_from_sensor: DMat3,
-    gyro_bias: DVec3,
+    gyro: GyroModel,
     accel_bias: DVec3,
     magnetometer: Option<MagnetometerModel>,
     calibrated: bool,
+}
+
+/// rate = reading − bias − slope (T − T0).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct GyroModel {
+    bias: DVec3,
+    /// Zero where none was found.
+    slope_per_kelvin: DVec3,
+    reference_c: f64,
 }
 
 /// `B = C (B̃ − b0 − b1 (T − T0))` (the paper's eq:CalibrationMagnetometer, as maths.md reads it).
@@ -35,7 +44,7 @@ impl Conditioner {
         let magnetometer = calibration.and_then(|c| c.magnetometer.as_ref());
         Self {
             body_from_sensor: DMat3::from_cols_array_2d(&map.directions()).transpose(),
-            gyro_bias: gyro.map_or(DVec3::ZERO, |g| g.bias_rad_s.into()),
+            gyro: gyro.map(GyroModel::new).unwrap_or_default(),
             accel_bias: accel.map_or(DVec3::ZERO, |a| a.bias_m_s2.into()),
             magnetometer: magnetometer.map(|m| MagnetometerModel {
                 hard_iron: m.hard_iron_ut.into(),
@@ -59,11 +68,27 @@ impl Conditioner {
         let field = |raw: DVec3| self.magnetometer.map_or(raw, |m| m.field(raw, temperature_c));
         ImuSample {
             time: reading.sensor_time,
-            gyro: Gyro::<Body>::new(turn * (reading.gyro.vector - self.gyro_bias)),
+            gyro: Gyro::<Body>::new(turn * (reading.gyro.vector - self.gyro.bias(temperature_c))),
             accel: Accel::<Body>::new(turn * (reading.accel.vector - self.accel_bias)),
             mag: reading.mag.map(|m| Mag::<Body>::new(turn * field(m.vector))),
             saturated: reading.saturated,
         }
+    }
+}
+
+impl GyroModel {
+    fn new(gyro: &GyroCalibration) -> Self {
+        Self {
+            bias: gyro.bias_rad_s.into(),
+            slope_per_kelvin: gyro.bias_slope_rad_s_k.map_or(DVec3::ZERO, DVec3::from),
+            reference_c: gyro.reference_temperature_c,
+        }
+    }
+
+    /// Without a temperature the reference temperature is the best guess.
+    fn bias(&self, temperature_c: Option<f64>) -> DVec3 {
+        let warmer = temperature_c.map_or(0.0, |t| t - self.reference_c);
+        self.bias + self.slope_per_kelvin * warmer
     }
 }
 
@@ -103,6 +128,36 @@ mod tests {
         assert_eq!(sample.mag.map(|m| m.vector), Some(DVec3::NEG_Z));
     }
 
+    fn nothing() -> Calibration {
+        Calibration {
+            serial: 1,
+            date: Date { year: 2026, month: 1, day: 1 },
+            mounting: None,
+            temperature: None,
+            magnetometer: None,
+            gyro: None,
+            accelerometer: None,
+        }
+    }
+
+    #[test]
+    fn the_gyros_bias_follows_the_temperature() {
+        let gyro = GyroCalibration {
+            bias_rad_s: [0.01, -0.02, 0.03],
+            bias_sigma_rad_s: None,
+            bias_slope_rad_s_k: Some([1e-3, 0.0, -1e-3]),
+            reference_temperature_c: 25.0,
+        };
+        let calibration = Calibration { gyro: Some(gyro), ..nothing() };
+        let conditioner = Conditioner::new(AxisMap::IDENTITY, Some(&calibration));
+        let at = |temperature_c: Option<f32>| {
+            let reading = Reading { temperature_c, ..reading(DVec3::X, DVec3::X, 0.0) };
+            conditioner.condition(&reading).gyro.vector
+        };
+        assert!((at(Some(35.0)) - DVec3::new(-0.02, 0.02, -0.02)).length() < 1e-12);
+        assert!((at(None) - DVec3::new(-0.01, 0.02, -0.03)).length() < 1e-12);
+    }
+
     #[test]
     fn the_magnetometer_model_is_undone() {
         let soft_iron = [[1.05, 0.02, -0.01], [0.02, 0.97, 0.03], [-0.01, 0.03, 1.01]];
@@ -112,16 +167,15 @@ mod tests {
             reference_temperature_c: 25.0,
             soft_iron,
             heading_sigma_deg: None,
+            level_heading_sigma_deg: None,
+            residual_ut: None,
+            field_ut: None,
+            field_sigma_ut: None,
+            dip_deg: None,
+            dip_sigma_deg: None,
+            covariance: None,
         };
-        let calibration = Calibration {
-            serial: 1,
-            date: Date { year: 2026, month: 1, day: 1 },
-            mounting: None,
-            temperature: None,
-            magnetometer: Some(magnetometer),
-            gyro: None,
-            accelerometer: None,
-        };
+        let calibration = Calibration { magnetometer: Some(magnetometer), ..nothing() };
         let conditioner = Conditioner::new(AxisMap::default(), Some(&calibration));
         let field = DVec3::new(20.0, -5.0, 44.0);
         let correction = DMat3::from_cols_array_2d(&soft_iron).transpose();

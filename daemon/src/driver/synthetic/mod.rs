@@ -245,8 +245,9 @@ fn info(camera: &Camera, trajectory: TrajectoryKind) -> DriverInfo {
         TrajectoryKind::Stairs => "stairs",
         TrajectoryKind::ModelVehicle => "model vehicle",
         TrajectoryKind::Car => "car",
-        TrajectoryKind::Tumble => "tumble",
         TrajectoryKind::Turns => "turns",
+        TrajectoryKind::Tumble => "tumble",
+        TrajectoryKind::Circles => "circles",
     };
     DriverInfo {
         description: format!("synthetic {name}"),

@@ -40,9 +40,10 @@ pub(super) fn comparable() -> String {
 pub(super) fn method(report: &StaticReport) -> String {
     let fresh = report.fresh_recordings;
     list(&[
-        "At each place one recording is made to calibrate from, with its own seed. The calibration sees \
-         what a sensor says, the earth’s field by the World Magnetic Model at the place (± 1 µT, ± 1° of \
-         dip) and which way the sensor is mounted; nothing of the truth."
+        "At each place one recording is made to calibrate from, with its own seed. The calibration is \
+         that of <code>lodestoned calibrate</code>. It sees what a sensor says, the sensor’s noise \
+         figures, which way it is mounted and, as a rough guess, the earth’s field by the World Magnetic \
+         Model; nothing of the truth."
             .into(),
         format!(
             "It is judged on {fresh} fresh recordings of the same place, with other seeds: other noise, \

@@ -139,7 +139,7 @@ fn movement(result: &PlaceResult) -> String {
         TrajectoryKind::Tumble => {
             "The camera can be lifted: it is turned through all attitudes by hand.".into()
         }
-        TrajectoryKind::Turns => format!(
+        TrajectoryKind::Circles => format!(
             "The camera stays in its car, which nobody can turn over: it makes two circles to each \
              side on ground that slopes by {}°. That is all the tilt there is, so the dots do not fill the sphere.",
             signed(synthetic.tilt_deg, 1)

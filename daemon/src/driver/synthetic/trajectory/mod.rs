@@ -6,13 +6,13 @@
 //! and attitude at least C¹ with a continuous rate.
 
 mod car;
+mod circles;
 mod model_vehicle;
 mod path;
 mod plan;
 mod stairs;
 mod standing;
-mod tumble;
-mod turns;
+mod turning;
 mod walk;
 mod wave;
 
@@ -55,9 +55,10 @@ pub(crate) fn build(synthetic: &Synthetic, rng: &mut ChaCha8Rng) -> Arc<dyn Traj
         TrajectoryKind::Stairs => Arc::new(stairs::Stairs::drawn(rest_s, rng)),
         TrajectoryKind::ModelVehicle => Arc::new(model_vehicle::ModelVehicle::drawn(rest_s, rng)),
         TrajectoryKind::Car => Arc::new(car::Car::drawn(rest_s, rng)),
-        TrajectoryKind::Tumble => Arc::new(tumble::Tumble::drawn(rest_s, rng)),
-        TrajectoryKind::Turns => {
-            Arc::new(turns::Turns::drawn(rest_s, synthetic.tilt_deg.to_radians(), rng))
+        TrajectoryKind::Turns => Arc::new(turning::Turning::turns(rest_s, rng)),
+        TrajectoryKind::Tumble => Arc::new(turning::Turning::tumble(rest_s, rng)),
+        TrajectoryKind::Circles => {
+            Arc::new(circles::Circles::drawn(rest_s, synthetic.tilt_deg.to_radians(), rng))
         }
     }
 }

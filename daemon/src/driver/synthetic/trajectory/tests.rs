@@ -3,14 +3,15 @@
 use glam::{DQuat, DVec3};
 use lodestone_config::model::{
     Synthetic,
-    TrajectoryKind::{self, Car, ModelVehicle, Stairs, Standing, Tumble, Turns, Walk},
+    TrajectoryKind::{self, Car, Circles, ModelVehicle, Stairs, Standing, Tumble, Turns, Walk},
 };
 use proptest::prelude::*;
 
 use crate::driver::synthetic::kinematics::{Earth, Motion, Mover};
 use crate::driver::synthetic::random::Stream;
 
-const KINDS: [TrajectoryKind; 7] = [Standing, Walk, Stairs, ModelVehicle, Car, Tumble, Turns];
+const KINDS: [TrajectoryKind; 8] =
+    [Standing, Walk, Stairs, ModelVehicle, Car, Turns, Tumble, Circles];
 const SAMPLE_S: f64 = 0.0025;
 const REST_S: f64 = 2.0;
 
@@ -32,8 +33,9 @@ const fn roughness(kind: TrajectoryKind) -> (f64, f64) {
         Stairs => (80.0, 9.0),
         ModelVehicle => (30.0, 7.0),
         Car => (200.0, 3.0),
-        Tumble => (10.0, 4.0),
-        Turns => (10.0, 1.0),
+        Turns => (2.0, 1.0),
+        Tumble => (2.0, 4.0),
+        Circles => (10.0, 1.0),
     }
 }
 
@@ -276,10 +278,10 @@ fn tumbling_turns_every_axis_everywhere() {
             let up = |m: &Motion| m.orientation.apply(axis).z;
             let highest = all.iter().map(up).fold(-1.0, f64::max);
             let lowest = all.iter().map(up).fold(1.0, f64::min);
-            assert!(highest > 0.97 && lowest < -0.97, "seed {seed}: {lowest} to {highest}");
+            assert!(highest > 0.85 && lowest < -0.85, "seed {seed}: {lowest} to {highest}");
         }
         let fastest = all.iter().map(|m| m.rate.length()).fold(0.0, f64::max);
-        assert!((0.9..2.5).contains(&fastest), "seed {seed}: {fastest} rad/s");
+        assert!((0.5..2.5).contains(&fastest), "seed {seed}: {fastest} rad/s");
     }
 }
 
@@ -287,7 +289,7 @@ fn tumbling_turns_every_axis_everywhere() {
 fn a_calibrating_car_turns_twice_to_each_side_on_ground_of_one_slope() {
     let slope_deg = 5.0_f64;
     for seed in 0..10 {
-        let all: Vec<_> = samples(&mover(Turns, seed), REST_S, 96.0).collect();
+        let all: Vec<_> = samples(&mover(Circles, seed), REST_S, 96.0).collect();
         let turned = |side: f64| {
             let rates = all.iter().map(|m| (m.rate.z * side).max(0.0) * SAMPLE_S);
             rates.sum::<f64>() / std::f64::consts::TAU

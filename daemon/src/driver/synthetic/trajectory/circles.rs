@@ -27,7 +27,7 @@ const SLOPE_TURNS: f64 = 0.5;
 const PAUSE_S: f64 = 3.0;
 
 /// Circles on sloping ground.
-pub(crate) struct Turns {
+pub(crate) struct Circles {
     plan: Plan,
     /// +1 to the left first, −1 to the right first.
     side: f64,
@@ -39,7 +39,7 @@ pub(crate) struct Turns {
     tilt_rad: f64,
 }
 
-impl Turns {
+impl Circles {
     /// Draws heading, side and where the slope begins.
     pub(crate) fn drawn(rest_s: f64, tilt_rad: f64, rng: &mut ChaCha8Rng) -> Self {
         const CHANGE_M_S2: f64 = 0.4;
@@ -66,7 +66,7 @@ impl Turns {
     }
 }
 
-impl Trajectory for Turns {
+impl Trajectory for Circles {
     fn pose(&self, time_s: f64) -> PoseJet {
         let (turned, side) = self.turned(time_s);
         let heading = turned * side + self.heading_rad;
