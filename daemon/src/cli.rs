@@ -174,7 +174,7 @@ fn duration(text: &str) -> Result<Duration, String> {
 }
 
 fn rest(text: &str) -> Result<Duration, String> {
-    let allowed = Duration::from_secs(1)..=Duration::from_secs(36_000);
+    let allowed = Duration::from_secs(1)..=Duration::from_hours(10);
     let seconds = duration(text).ok().filter(|seconds| allowed.contains(seconds));
     seconds.ok_or_else(|| "allowed: 1 to 36000 seconds".into())
 }

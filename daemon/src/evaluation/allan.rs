@@ -62,8 +62,11 @@ fn deviation(sums: &[f64], length: usize) -> f64 {
 
 /// Whole numbers from 1 to `longest`, evenly in ratio, without repetition.
 fn averaging_lengths(longest: usize, per_decade: usize) -> Vec<usize> {
-    let mut lengths: Vec<usize> = (0..)
-        .map(|k| 10.0_f64.powf(f64::from(k) / per_decade.max(1) as f64).round() as usize)
+    // No recording has as many as 10²⁰ values.
+    const MOST_DECADES: usize = 20;
+    let per_decade = per_decade.max(1);
+    let mut lengths: Vec<usize> = (0..MOST_DECADES * per_decade)
+        .map(|k| 10.0_f64.powf(k as f64 / per_decade as f64).round() as usize)
         .take_while(|length| *length <= longest)
         .collect();
     lengths.dedup();

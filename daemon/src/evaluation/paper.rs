@@ -7,11 +7,11 @@ use serde::Serialize;
 pub struct PaperRow {
     /// The place as the paper calls it.
     pub place: &'static str,
-    /// σ_nc, uncalibrated, µT.
+    /// `σ_nc`, uncalibrated, µT.
     pub sigma_nc_ut: f64,
     /// What stands behind its ±, µT.
     pub sigma_nc_pm_ut: f64,
-    /// σ_c, calibrated, µT.
+    /// `σ_c`, calibrated, µT.
     pub sigma_c_ut: f64,
     /// What stands behind its ±, µT.
     pub sigma_c_pm_ut: f64,

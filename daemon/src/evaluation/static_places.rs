@@ -61,7 +61,7 @@ pub struct PlaceResult {
     pub uncalibrated: Score,
     /// The same recordings after calibration; `None` if it was refused.
     pub calibrated: Option<Score>,
-    /// ε = 1 − σ_c / σ_nc, percent; `None` if calibration was refused.
+    /// `ε = 1 − σ_c / σ_nc`, percent; `None` if calibration was refused.
     pub epsilon_percent: Option<Spread>,
     /// What the calibration said.
     pub calibration: Verdict,

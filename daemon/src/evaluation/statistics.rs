@@ -36,7 +36,7 @@ pub fn root_mean_square(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| (squares / values.len() as f64).sqrt())
 }
 
-/// The paper's ε = 1 − σ_c / σ_nc, a ratio: the part of the deviation that calibration took away.
+/// The paper's `ε = 1 − σ_c / σ_nc`, a ratio: the part of the deviation that calibration took away.
 /// Negative where it made things worse; `None` if there was no deviation to begin with.
 pub fn improvement(calibrated: f64, uncalibrated: f64) -> Option<f64> {
     (uncalibrated > 0.0).then(|| 1.0 - calibrated / uncalibrated)

@@ -37,15 +37,15 @@ pub fn paragraph(markup: &str) -> String {
 
 /// A list of markup.
 pub fn list(items: &[String]) -> String {
-    let items: String = items.iter().map(|item| format!("<li>{item}</li>\n")).collect();
-    format!("<ul>\n{items}</ul>\n")
+    let items: Vec<String> = items.iter().map(|item| format!("<li>{item}</li>\n")).collect();
+    format!("<ul>\n{}</ul>\n", items.concat())
 }
 
 /// Pairs of a term and what it is, both markup.
 pub fn definitions(pairs: &[(&str, String)]) -> String {
-    let pairs: String =
+    let pairs: Vec<String> =
         pairs.iter().map(|(term, what)| format!("<dt>{term}</dt><dd>{what}</dd>\n")).collect();
-    format!("<dl>\n{pairs}</dl>\n")
+    format!("<dl>\n{}</dl>\n", pairs.concat())
 }
 
 #[cfg(test)]

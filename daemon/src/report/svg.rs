@@ -79,8 +79,8 @@ mod tests {
 
     #[test]
     fn coordinates_are_short() {
-        let shown = [0.04, -0.04, 12.0, 3.14159, -7.06].map(|x| Px(x).to_string());
-        assert_eq!(shown, ["0", "0", "12", "3.1", "-7.1"]);
+        let shown = [0.04, -0.04, 12.0, 2.71, -7.06].map(|x| Px(x).to_string());
+        assert_eq!(shown, ["0", "0", "12", "2.7", "-7.1"]);
     }
 
     #[test]

@@ -101,7 +101,7 @@ pub(super) fn thumbnail(result: &PlaceResult, calibrated: bool) -> String {
     let Some(trace) = trace else { return "–".into() };
     let half = 0.5 * SIDE;
     let unit = half / reach(result);
-    let clouds: String = PLANES
+    let clouds: Vec<String> = PLANES
         .iter()
         .flat_map(|plane| plane.clouds(result, trace, MOST_SMALL_DOTS))
         .map(|(class, points)| {
@@ -114,8 +114,9 @@ pub(super) fn thumbnail(result: &PlaceResult, calibrated: bool) -> String {
     format!(
         "<svg role=\"img\" viewBox=\"0 0 {SIDE} {SIDE}\" width=\"{SIDE}\" height=\"{SIDE}\"><title>{}, \
          {state}</title><circle class=\"ring\" cx=\"{half}\" cy=\"{half}\" r=\"{radius}\"/>\
-         <path class=\"grid\" d=\"M{half} 0V{SIDE}M0 {half}H{SIDE}\"/>{clouds}</svg>",
-        Escaped(title(result))
+         <path class=\"grid\" d=\"M{half} 0V{SIDE}M0 {half}H{SIDE}\"/>{}</svg>",
+        Escaped(title(result)),
+        clouds.concat(),
     )
 }
 

@@ -53,11 +53,12 @@ fn row(result: &PlaceResult) -> String {
         ("thumb", place::thumbnail(result, false)),
         ("thumb", place::thumbnail(result, true)),
     ];
-    let cells: String =
+    let cells: Vec<String> =
         cells.iter().map(|(class, cell)| format!("<td class=\"{class}\">{cell}</td>")).collect();
     format!(
-        "<tr><th scope=\"row\"><a href=\"#{}\">{name}</a></th>{cells}</tr>\n",
-        place::anchor(result)
+        "<tr><th scope=\"row\"><a href=\"#{}\">{name}</a></th>{}</tr>\n",
+        place::anchor(result),
+        cells.concat(),
     )
 }
 
