@@ -279,7 +279,7 @@ mod tests {
         let plot = plot();
         assert_eq!(plot.place((0.0, 10.0)), (0.0, 0.0));
         let (x, y) = plot.place((10.0, 0.1));
-        assert!((x - 338.0).abs() < 1e-9 && (y - 248.0).abs() < 1e-9, "{x} {y}");
+        assert!((x - 332.0).abs() < 1e-9 && (y - 248.0).abs() < 1e-9, "{x} {y}");
     }
 
     #[test]
@@ -289,7 +289,7 @@ mod tests {
         plot.mark(Mark::Dot, "ours", (5.0, 100.0));
         let markup = plot.finish();
         assert!(markup.contains("field &lt;µT&gt;") && markup.contains("<title>a &amp; b</title>"));
-        assert!(markup.contains("d=\"M169 124h0\""), "{markup}");
+        assert!(markup.contains("d=\"M166 124h0\""), "{markup}");
         assert!(!markup.contains("class=\"mark"), "{markup}");
     }
 
