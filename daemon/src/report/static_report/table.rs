@@ -23,7 +23,7 @@ pub(super) fn markup(places: &[PlaceResult]) -> String {
          <figcaption><b>The paper’s table “Stability of the Magnetometer”.</b> ICEV: car with \
          combustion engine; EV: electric car. Ours is simulated, the paper’s was measured; <a \
          href=\"#compares\">what that means</a>. Heading errors are ours alone: they need the truth, \
-         which the paper did not have. The small pictures are those of the paper’s last two columns: \
+         which the paper did not have. The small pictures stand for the paper’s last two columns: \
          the field seen along the <span class=\"roll\">roll</span>, <span class=\"pitch\">pitch</span> \
          and <span class=\"yaw\">yaw</span> axis, laid over each other, within the circle of the \
          earth’s field.</figcaption>\n</figure>\n"
