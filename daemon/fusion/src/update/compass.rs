@@ -284,10 +284,11 @@ impl Compass {
         let nis = residual * residual / innovation_variance(state, row, *variance);
         let excess = nis / (p.gate_sigma * p.gate_sigma);
         let unused = Outcome { residual: *residual, nis, used: false };
+        let disturbed = self.expected.is_some_and(|e| e.doubt_ut(p.patience_s) > 0.0);
         match parameters.heading {
             HeadingMode::InitialOnly => unused,
             HeadingMode::Continuous => steer(state, row, *residual, *variance),
-            HeadingMode::Adaptive if self.refuses(excess, span_s, p) => unused,
+            HeadingMode::Adaptive if disturbed || self.refuses(excess, span_s, p) => unused,
             HeadingMode::Adaptive => Outcome {
                 used: excess <= REFUSED,
                 nis,
