@@ -68,13 +68,25 @@ impl HardIron {
         self.renewed = 0.0;
         let rotation = DMat3::from_quat(orientation);
         let world = rotation * reading;
+        let walk = p.walk_ut * p.walk_ut + self.surprise(rotation, world, p);
         for k in 0..STATES {
-            self.covariance[k][k] += p.walk_ut * p.walk_ut;
+            self.covariance[k][k] += walk;
         }
         for axis in 0..3 {
             self.update(rotation.row(axis), axis, world[axis], p);
         }
         self.correction = self.worth_correcting(p);
+    }
+
+    /// Variance to add where a reading does not fit: iron came or went, or the field is another one, and
+    /// nothing tells which before the camera has turned on. So both are open again, µT².
+    fn surprise(&self, rotation: DMat3, world: DVec3, p: &HardIronParameters) -> f64 {
+        let part = |k: usize| DVec3::from_slice(&self.estimate[k..k + 3]);
+        let residual = world - rotation * part(0) - part(3);
+        let usual = (0..STATES).map(|k| self.covariance[k][k]).sum::<f64>()
+            + 3.0 * p.room_sigma_ut * p.room_sigma_ut;
+        let square = residual.length_squared();
+        if square > 9.0 * usual { square } else { 0.0 }
     }
 
     /// What is believed beyond the dead zone, up to the bound, µT.
@@ -84,11 +96,13 @@ impl HardIron {
     fn worth_correcting(&self, p: &HardIronParameters) -> DVec3 {
         let b = DVec3::from_slice(&self.estimate[..3]);
         let size_ut = libm::sqrt(b.length_squared());
-        if size_ut <= p.dead_zone_ut {
+        let variance: f64 = (0..3).map(|k| self.covariance[k][k]).sum();
+        let doubtful = p.dead_zone_ut * p.dead_zone_ut + 4.0 * variance;
+        if size_ut * size_ut <= doubtful {
             return DVec3::ZERO;
         }
-        // James and Stein's factor: large magnets are taken off nearly whole.
-        let believed = 1.0 - p.dead_zone_ut * p.dead_zone_ut / (size_ut * size_ut);
+        // James and Stein's factor: large magnets that are known well are taken off nearly whole.
+        let believed = 1.0 - doubtful / (size_ut * size_ut);
         b * believed.min(p.bound_ut / size_ut)
     }
 

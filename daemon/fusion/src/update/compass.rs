@@ -264,7 +264,11 @@ impl Compass {
         };
         expected.judge(&seen, p);
         let disturbance_ut = expected.doubt_ut(p.patience_s);
-        self.smoothen(field, mismatch_ut, p);
+        self.smoothen(
+            field,
+            mismatch_ut,
+            smoothing_share(moved.time_s, p.mismatch_time_constant_s),
+        );
         let change_ut = self.change_ut(blur_ut, p);
         let size_ut = self.smooth_mismatch_ut.max(disturbance_ut).max(change_ut);
         let doubt = Doubt { size_ut, change_ut };
@@ -321,8 +325,7 @@ impl Compass {
     }
 
     /// Smooths the field and its mismatch.
-    fn smoothen(&mut self, field: DVec3, mismatch_ut: f64, p: &CompassParameters) {
-        let share = (p.interval_s / p.mismatch_time_constant_s).min(1.0);
+    fn smoothen(&mut self, field: DVec3, mismatch_ut: f64, share: f64) {
         let smooth = self.smooth.get_or_insert(field);
         *smooth += share * (field - *smooth);
         self.smooth_mismatch_ut += share * (mismatch_ut - self.smooth_mismatch_ut);
@@ -362,6 +365,11 @@ impl Default for Compass {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// Share of a new value in an exponential average, after a span, s.
+fn smoothing_share(span_s: f64, time_constant_s: f64) -> f64 {
+    1.0 - libm::exp(-span_s / time_constant_s)
 }
 
 /// Brings an angle into −π to π.

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::reference::FieldReference;
+use super::smoothing_share;
 use crate::parameters::CompassParameters;
 
 /// The expected field, and how the field has lately differed from it.
@@ -63,7 +64,7 @@ impl Expectation {
 
     /// Judges what is seen, with hysteresis, and lets the expectation follow.
     pub(super) fn judge(&mut self, seen: &Seen, p: &CompassParameters) {
-        let share = (p.interval_s / p.mismatch_time_constant_s).min(1.0);
+        let share = smoothing_share(seen.span_s, p.mismatch_time_constant_s);
         let excess_ut = seen.field - self.reference.in_world(seen.bearing_rad);
         self.excess_ut += share * (excess_ut - self.excess_ut);
         let limit_ut = if self.disturbed { END } else { 1.0 } * p.mismatch_limit_ut;
