@@ -1,11 +1,13 @@
 //! The search: Levenberg and Marquardt's damped steps, with the noise taken from what is left.
 
 use super::arrow::{GlobalBlock, Solution};
+use super::colour;
 use super::parameters::{GLOBALS, State};
 use super::problem::{Left, Linearised, Noise, Problem};
 use crate::settings::SensorNoise;
 
 const MOST_STEPS: u32 = 60;
+const FIRST_DAMPING: f64 = 1e-4;
 /// A step is small enough if it moves nothing by more than this many of its σ.
 const SMALL_STEP: f64 = 0.02;
 /// Or if it lowers the squared residuals, in variances, by less than this.
@@ -35,12 +37,9 @@ pub(crate) struct Fit {
 pub(crate) fn search(problem: &Problem<'_>, start: State, noise: Noise) -> Option<Fit> {
     let mut search = Search::new(problem, start, noise);
     search.run()?;
-    let likeliest = with_likeliest_gyro(problem, &search.state, search.noise)?;
-    if likeliest != search.noise {
-        let iterations = search.iterations;
-        search = Search { iterations, ..Search::new(problem, search.state, likeliest) };
-        search.run()?;
-    }
+    search.run_with(search.coloured())?;
+    search.run_with(with_likeliest_gyro(problem, &search.state, search.noise)?)?;
+    search.run_with(search.coloured())?;
     search.finish()
 }
 
@@ -85,7 +84,29 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn new(problem: &'a Problem<'a>, state: State, noise: Noise) -> Self {
         let at = problem.linearise(&state, &noise);
-        Self { problem, state, noise, at, damping: 1e-4, iterations: 0, converged: false }
+        Self { problem, state, noise, at, damping: FIRST_DAMPING, iterations: 0, converged: false }
+    }
+
+    /// Goes on with other noise, if it is another.
+    fn run_with(&mut self, noise: Noise) -> Option<()> {
+        if noise == self.noise {
+            return Some(());
+        }
+        self.noise = noise;
+        self.at = self.problem.linearise(&self.state, &noise);
+        self.damping = FIRST_DAMPING;
+        self.run()
+    }
+
+    /// The noise with the colour of what is left. It only grows: what counts for less is fitted
+    /// less, and would show more colour still.
+    fn coloured(&self) -> Noise {
+        let Noise { mag, accel, mag_colour, accel_colour, .. } = self.noise;
+        Noise {
+            mag_colour: colour::factor(&self.at.mag, mag).max(mag_colour),
+            accel_colour: colour::factor(&self.at.accel, accel).max(accel_colour),
+            ..self.noise
+        }
     }
 
     /// Steps until one is small.
@@ -166,6 +187,8 @@ pub(crate) fn first_noise(sensors: &SensorNoise, mag_ut: f64, interval_s: f64) -
     Noise {
         mag: mag_ut.max(sensors.mag_sigma_ut),
         accel: (sensors.accel_density_m_s2_rthz * root_rate).max(0.05),
+        mag_colour: 1.0,
+        accel_colour: 1.0,
         gyro: sensors.gyro_density_rad_s_rthz,
         gyro_walk: sensors.gyro_bias_walk_rad_s2_rthz,
     }
