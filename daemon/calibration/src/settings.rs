@@ -101,7 +101,7 @@ pub struct Limits {
 impl Default for Limits {
     fn default() -> Self {
         Self {
-            heading_sigma_deg: 1.0,
+            heading_sigma_deg: 1.5,
             circle_deg: 300.0,
             tilt_deg: 2.0,
             duration_s: 15.0,

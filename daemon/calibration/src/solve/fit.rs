@@ -8,6 +8,9 @@ use crate::settings::SensorNoise;
 
 const MOST_STEPS: u32 = 60;
 const FIRST_DAMPING: f64 = 1e-4;
+/// The accelerometer counts for this much less at first: accelerations that last, as in a circle
+/// driven or on an arm, must show as residuals before attitude and gyro bias can follow them.
+const FIRST_ACCEL_COLOUR: f64 = 20.0;
 /// A step is small enough if it moves nothing by more than this many of its σ.
 const SMALL_STEP: f64 = 0.02;
 /// Or if it lowers the squared residuals, in variances, by less than this.
@@ -37,9 +40,11 @@ pub(crate) struct Fit {
 pub(crate) fn search(problem: &Problem<'_>, start: State, noise: Noise) -> Option<Fit> {
     let mut search = Search::new(problem, start, noise);
     search.run()?;
-    search.run_with(search.coloured())?;
+    // Only now is the accelerometer trusted, as far as what is left of it allows.
+    let trusted = Noise { accel_colour: 1.0, accel_is_known: true, ..search.noise };
+    search.run_with(trusted.coloured(&search.at))?;
     search.run_with(with_likeliest_gyro(problem, &search.state, search.noise)?)?;
-    search.run_with(search.coloured())?;
+    search.run_with(search.noise.coloured(&search.at))?;
     search.finish()
 }
 
@@ -98,17 +103,6 @@ impl<'a> Search<'a> {
         self.run()
     }
 
-    /// The noise with the colour of what is left. It only grows: what counts for less is fitted
-    /// less, and would show more colour still.
-    fn coloured(&self) -> Noise {
-        let Noise { mag, accel, mag_colour, accel_colour, .. } = self.noise;
-        Noise {
-            mag_colour: colour::factor(&self.at.mag, mag).max(mag_colour),
-            accel_colour: colour::factor(&self.at.accel, accel).max(accel_colour),
-            ..self.noise
-        }
-    }
-
     /// Steps until one is small.
     fn run(&mut self) -> Option<()> {
         self.converged = false;
@@ -155,6 +149,17 @@ impl<'a> Search<'a> {
     }
 }
 
+impl Noise {
+    /// The noise with the colour of what is left, if that is stronger than its own.
+    fn coloured(self, at: &Linearised) -> Self {
+        Self {
+            mag_colour: colour::factor(&at.mag, self.mag).max(self.mag_colour),
+            accel_colour: colour::factor(&at.accel, self.accel).max(self.accel_colour),
+            ..self
+        }
+    }
+}
+
 fn is_small(solution: &Solution) -> bool {
     (0..GLOBALS).all(|i| {
         solution.globals[i].abs() <= SMALL_STEP * solution.covariance[(i, i)].max(0.0).sqrt()
@@ -165,6 +170,7 @@ fn is_small(solution: &Solution) -> bool {
 fn renewed(noise: &Noise, at: &Linearised) -> (Noise, bool) {
     let mag = spread(&at.mag).max(LEAST_MAG_UT);
     let accel = spread(&at.accel).max(LEAST_ACCEL_M_S2);
+    let accel = if noise.accel_is_known { noise.accel } else { accel };
     let settled = |new: f64, old: f64| (new / old - 1.0).abs() < 0.01;
     let same = settled(mag, noise.mag) && settled(accel, noise.accel);
     if same { (*noise, true) } else { (Noise { mag, accel, ..*noise }, false) }
@@ -188,7 +194,8 @@ pub(crate) fn first_noise(sensors: &SensorNoise, mag_ut: f64, interval_s: f64) -
         mag: mag_ut.max(sensors.mag_sigma_ut),
         accel: (sensors.accel_density_m_s2_rthz * root_rate).max(0.05),
         mag_colour: 1.0,
-        accel_colour: 1.0,
+        accel_colour: FIRST_ACCEL_COLOUR,
+        accel_is_known: false,
         gyro: sensors.gyro_density_rad_s_rthz,
         gyro_walk: sensors.gyro_bias_walk_rad_s2_rthz,
     }

@@ -36,6 +36,8 @@ pub(crate) struct Noise {
     pub(crate) mag_colour: f64,
     /// The same for the accelerometer.
     pub(crate) accel_colour: f64,
+    /// Whether the accelerometer's figures stay as they are.
+    pub(crate) accel_is_known: bool,
     /// Density, rad/s/√Hz.
     pub(crate) gyro: f64,
     /// Density of the bias's random walk, rad/s²/√Hz.
