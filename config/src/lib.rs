@@ -28,4 +28,4 @@ pub use error::{ConfigError, ConfigErrors, LoadError};
 pub use explain::{KeyInfo, calibration_keys, explain, explain_calibration, keys};
 pub use load::{Loaded, MAX_FILE_BYTES};
 pub use model::Config;
-pub use shipped::EMBEDDED;
+pub use shipped::{EMBEDDED, STATIC_SCENARIOS};

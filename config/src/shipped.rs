@@ -6,6 +6,17 @@ use crate::model::Config;
 /// carried through a room.
 pub const EMBEDDED: &str = include_str!("../shipped/default.toml");
 
+/// The places of the paper's static table, each a configuration with one synthetic camera: file
+/// name in `config/scenarios` and text, in the paper's order.
+pub const STATIC_SCENARIOS: [(&str, &str); 6] = [
+    ("model.toml", include_str!("../scenarios/model.toml")),
+    ("lab.toml", include_str!("../scenarios/lab.toml")),
+    ("icev-centre.toml", include_str!("../scenarios/icev-centre.toml")),
+    ("icev-front.toml", include_str!("../scenarios/icev-front.toml")),
+    ("ev-centre.toml", include_str!("../scenarios/ev-centre.toml")),
+    ("ev-front.toml", include_str!("../scenarios/ev-front.toml")),
+];
+
 impl Config {
     /// The configuration that `lodestoned` runs without `--config`: [`EMBEDDED`], checked.
     ///

@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lodestone_config::model::{
     AxisMap, Camera, CameraModel, Config, Disturbance, DriverKind, Estimator, Fault, FaultKind,
-    HeadingMode, Lane, MagneticDistortion, Mounting, North, Replay, SensorErrors, SharedMemory,
-    Synthetic, Threads, TrajectoryKind, Transport, ValidityBounds, World,
+    HeadingMode, Instrument, Lane, MagneticDistortion, Motor, Mounting, North, Replay,
+    SensorErrors, SharedMemory, Synthetic, Threads, TrajectoryKind, Transport, ValidityBounds,
+    World,
 };
 use lodestone_config::{KeyInfo, explain, keys};
 use serde::de::DeserializeOwned;
@@ -33,6 +34,7 @@ fn full_synthetic() -> Synthetic {
     Synthetic {
         trajectory: TrajectoryKind::Walk,
         rest_s: 1.0,
+        tilt_deg: 5.0,
         seed: 1,
         speed: 1.0,
         duration_s: 10.0,
@@ -48,6 +50,8 @@ fn full_synthetic() -> Synthetic {
             field_ut: [1.0, 2.0, 3.0],
             frequency_hz: 0.0,
         }],
+        motor: vec![Motor { field_ut: [1.0, 2.0, 3.0], idle_hz: 13.3, hz_per_m_s: 0.0 }],
+        instrument: vec![Instrument { field_ut: [1.0, 2.0, 3.0], on_s: 1.0, off_s: 0.0 }],
         transport: Transport::default(),
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use lodestone_config::model::{CameraModel, DriverKind, TrajectoryKind};
-use lodestone_config::{Config, EMBEDDED};
+use lodestone_config::{Config, EMBEDDED, STATIC_SCENARIOS};
 
 fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("shipped").join(name)
@@ -79,4 +79,30 @@ fn the_summary_names_cameras_sources_and_rates() {
     for part in ["1 camera\n", "replay of recording.csv.zst", "real speed, repeated"] {
         assert!(text.contains(part), "{part}\n{text}");
     }
+}
+
+#[test]
+fn the_scenarios_are_valid_places_of_one_camera_each() {
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    let files = std::fs::read_dir(&directory).expect("the directory is in the repository");
+    assert_eq!(files.count(), STATIC_SCENARIOS.len(), "a scenario is not embedded");
+    let mut names = BTreeSet::new();
+    let mut biases = BTreeSet::new();
+    for (file, text) in STATIC_SCENARIOS {
+        let config = Config::from_toml(file, text).unwrap_or_else(|errors| panic!("{errors}"));
+        assert_eq!(config, toml::from_str(text).expect("serde agrees"));
+        assert_eq!(config.camera.len(), 1);
+        let camera = &config.camera[0];
+        assert_eq!(format!("{}.toml", camera.name), file);
+        names.insert(camera.name.clone());
+        let synthetic = camera.synthetic.as_ref().expect("a synthetic camera");
+        assert!(config.world.year.is_some(), "{file}: the field would change with the day");
+        assert!(synthetic.duration_s > 0.0, "{file} never ends");
+        let movable = [TrajectoryKind::Tumble, TrajectoryKind::Circles];
+        assert!(movable.contains(&synthetic.trajectory), "{file} does not calibrate");
+        assert!(synthetic.distortion.hard_iron_ut.iter().any(|&b| b != 0.0));
+        biases.insert(format!("{:?}", synthetic.errors));
+    }
+    assert_eq!(names.len(), STATIC_SCENARIOS.len());
+    assert_eq!(biases.len(), 1, "it is one camera that is carried from place to place");
 }

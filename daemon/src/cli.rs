@@ -33,8 +33,42 @@ pub enum Command {
     Check(CheckArgs),
     /// Turn recordings into poses, through the same lane, as fast as it goes
     Replay(ReplayArgs),
+    /// Measure how good it is, in the synthetic world, by the tables of the paper
+    #[command(subcommand)]
+    Evaluate(EvaluateCommand),
     /// Find the errors of a camera's sensors while it is turned, or from a recording
     Calibrate(CalibrateArgs),
+}
+
+/// What can be evaluated.
+#[derive(Clone, Debug, Subcommand)]
+pub enum EvaluateCommand {
+    /// How much calibration steadies the magnetometer: the paper's six places, or your own
+    Static(StaticArgs),
+}
+
+/// Options of `evaluate static`.
+#[derive(Clone, Debug, Args)]
+pub struct StaticArgs {
+    /// Directory for report.html and report.json
+    #[arg(long, value_name = "DIR", default_value = "evaluation")]
+    pub out: PathBuf,
+
+    /// Seed of all recordings; the same seed gives the same report
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+
+    /// Print the numbers as JSON instead of the table
+    #[arg(long)]
+    pub json: bool,
+
+    /// How long the first place's camera stands for the Allan deviation
+    #[arg(long, value_name = "S", default_value = "3600", value_parser = rest)]
+    pub rest: Duration,
+
+    /// Configuration with synthetic cameras to evaluate instead of the paper's places; repeatable
+    #[arg(long, value_name = "FILE")]
+    pub scenario: Vec<PathBuf>,
 }
 
 /// Options of `run`.
@@ -139,6 +173,12 @@ fn duration(text: &str) -> Result<Duration, String> {
     duration.ok_or_else(|| "allowed: seconds above 0".into())
 }
 
+fn rest(text: &str) -> Result<Duration, String> {
+    let allowed = Duration::from_secs(1)..=Duration::from_hours(10);
+    let seconds = duration(text).ok().filter(|seconds| allowed.contains(seconds));
+    seconds.ok_or_else(|| "allowed: 1 to 36000 seconds".into())
+}
+
 fn speed(text: &str) -> Result<f64, String> {
     let speed: f64 = text.parse().map_err(|_| "not a number; allowed: 0 or more")?;
     let allowed = speed.is_finite() && speed >= 0.0;
@@ -180,6 +220,10 @@ mod tests {
             "lodestoned replay a.csv --out d --speed inf",
             "lodestoned replay --out d",
             "lodestoned replay a.csv",
+            "lodestoned evaluate",
+            "lodestoned evaluate static --rest 0.5",
+            "lodestoned evaluate static --rest 1e6",
+            "lodestoned evaluate static --seed -1",
             "lodestoned calibrate",
             "lodestoned calibrate a.csv --camera 7",
             "lodestoned calibrate --camera 7 --serial 7",

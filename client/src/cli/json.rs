@@ -81,12 +81,12 @@ impl<'a> PoseLine<'a> {
             None => self.origin.to_owned(),
         };
         format!(
-            "{} #{} {:.6} s {how}  position {} m  velocity {} m/s  orientation {} xyzw  heading {}  {}",
+            "{} #{} {:.6} s {how}  position {}  velocity {}  orientation {} xyzw  heading {}  {}",
             self.camera,
             self.sequence,
             self.time_ns as f64 * 1e-9,
-            numbers(self.position_m.as_ref(), 3),
-            numbers(self.velocity_m_s.as_ref(), 3),
+            with_unit(self.position_m.as_ref(), "m"),
+            with_unit(self.velocity_m_s.as_ref(), "m/s"),
             numbers(self.orientation_xyzw.as_ref(), 5),
             heading(self.heading_deg, self.heading_sigma_deg),
             self.status.join(" "),
@@ -100,6 +100,11 @@ pub(super) fn heading(degrees: Option<f64>, sigma_deg: Option<f64>) -> String {
         (Some(degrees), Some(sigma)) => format!("{degrees:.1}° ± {sigma:.1}°"),
         _ => "unknown".into(),
     }
+}
+
+/// `[1.000 2.000 3.000] m`.
+fn with_unit(values: Option<&[f64; 3]>, unit: &str) -> String {
+    values.map_or_else(|| "unknown".into(), |_| format!("{} {unit}", numbers(values, 3)))
 }
 
 /// `[1.000 2.000 3.000]`.

@@ -73,9 +73,8 @@ fn text(r: &Report) -> String {
             r.heading_source.as_deref().unwrap_or("no pose"),
         ),
         format!(
-            "  position  {} ± {} m east, north, up ({})",
-            numbers(r.position_m.as_ref(), 3),
-            or_dash(r.position_sigma_m, 1.0, 3),
+            "  position  {} ({})",
+            position(r),
             r.position_source.as_deref().unwrap_or("no pose"),
         ),
         format!(
@@ -87,6 +86,16 @@ fn text(r: &Report) -> String {
     ];
     lines.extend(r.problems.iter().map(|problem| format!("  !         {problem}")));
     lines.join("\n")
+}
+
+fn position(r: &Report) -> String {
+    r.position_m.map_or_else(
+        || "unknown".into(),
+        |p| {
+            let sigma_m = or_dash(r.position_sigma_m, 1.0, 3);
+            format!("{} ± {sigma_m} m east, north, up", numbers(Some(&p), 3))
+        },
+    )
 }
 
 /// A number in another unit, `-` if unknown.

@@ -125,11 +125,21 @@ pub(super) const NOISE: &[Key] = &[
 pub(super) const SYNTHETIC: &[Key] = &[
     key(
         "trajectory",
-        Choice(&["standing", "walk", "stairs", "model-vehicle", "car", "turns", "tumble"]),
+        Choice(&[
+            "standing",
+            "walk",
+            "stairs",
+            "model-vehicle",
+            "car",
+            "turns",
+            "tumble",
+            "circles",
+        ]),
         "",
         "How the camera moves: not at all, by hand through a room, up and down a staircase, on a \
          model vehicle on the floor, in a car through a town at up to 80 km/h; or turned for a \
-         calibration: tilted about the vertical, or through all attitudes.",
+         calibration: tilted about the vertical, through all attitudes, or in a car that \
+         circles on sloping ground.",
     ),
     key(
         "rest_s",
@@ -137,6 +147,13 @@ pub(super) const SYNTHETIC: &[Key] = &[
         "s",
         "Rest before the motion begins. Shorter than estimator.alignment_rest_s: the filter \
          cannot align until the camera rests again.",
+    ),
+    key(
+        "tilt_deg",
+        Number(from_to(0.0, 45.0)),
+        "°",
+        "Slope of the ground under trajectory \"circles\". Below some 2° a calibration is \
+         refused; streets have up to 7°, ramps up to 9°.",
     ),
     key(
         "seed",
@@ -172,6 +189,13 @@ pub(super) const ERRORS: &[Key] = &[
         Vector(plus_minus(0.1)),
         "rad/s/K",
         "Gyroscope bias per kelvin, in the sensor frame.",
+    ),
+    key(
+        "mag_flicker_ut_rthz",
+        Number(from_to(0.0, 100.0)),
+        "µT/√Hz",
+        "1/f noise of the magnetometer: its density at 1 Hz, which grows as 1/√f below. Comes on \
+         top of camera.noise.mag_sigma_ut.",
     ),
     key(
         "temperature_start_c",
@@ -217,6 +241,37 @@ pub(super) const DISTURBANCE: &[Key] = &[
         "Hz",
         "Frequency of the added field: 0 is constant, 50 mains hum.",
     ),
+];
+
+pub(super) const MOTOR: &[Key] = &[
+    key("field_ut", Vector(plus_minus(1000.0)), "µT", "Amplitude of the field, in the body frame.")
+        .required(),
+    key(
+        "idle_hz",
+        Number(from_to(0.0, 1000.0)),
+        "Hz",
+        "Frequency at standstill; an engine that idles at 800 rpm turns with 13.3 Hz.",
+    )
+    .required(),
+    key(
+        "hz_per_m_s",
+        Number(from_to(0.0, 1000.0)),
+        "Hz/(m/s)",
+        "What the camera's speed adds to the frequency.",
+    ),
+];
+
+pub(super) const INSTRUMENT: &[Key] = &[
+    key(
+        "field_ut",
+        Vector(plus_minus(1000.0)),
+        "µT",
+        "The field while it is on, in the body frame.",
+    )
+    .required(),
+    key("on_s", Number(above_zero_to(LONGEST_S)), "s", "How long it stays on.").required(),
+    key("off_s", Number(from_to(0.0, LONGEST_S)), "s", "How long it stays off; 0: always on.")
+        .required(),
 ];
 
 pub(super) const TRANSPORT: &[Key] = &[

@@ -2,7 +2,8 @@
 
 use super::Kind::{Choice, Number, Switch, Text, Whole};
 use super::camera::{
-    CAMERA, DISTORTION, DISTURBANCE, ERRORS, FAULT, MOUNTING, NOISE, REPLAY, SYNTHETIC, TRANSPORT,
+    CAMERA, DISTORTION, DISTURBANCE, ERRORS, FAULT, INSTRUMENT, MOTOR, MOUNTING, NOISE, REPLAY,
+    SYNTHETIC, TRANSPORT,
 };
 use super::range::{above_zero_to, from_to, plus_minus};
 use super::text::Text::{Directory, Prefix};
@@ -88,6 +89,18 @@ pub(crate) static CONFIG: Schema = Schema {
             shape: Shape::List,
             meaning: "A field that is added to the earth's for a while.",
             keys: DISTURBANCE,
+        },
+        Section {
+            path: "camera.synthetic.motor",
+            shape: Shape::List,
+            meaning: "A machine that turns near the camera, on the same vehicle.",
+            keys: MOTOR,
+        },
+        Section {
+            path: "camera.synthetic.instrument",
+            shape: Shape::List,
+            meaning: "A device that switches on and off near the camera, on the same vehicle.",
+            keys: INSTRUMENT,
         },
         Section {
             path: "camera.synthetic.transport",

@@ -15,7 +15,8 @@ pub use camera::{
 pub use estimator::{Estimator, HeadingMode, ValidityBounds};
 pub use lane::{Lane, SharedMemory, Threads};
 pub use synthetic::{
-    Disturbance, MagneticDistortion, SensorErrors, Synthetic, TrajectoryKind, Transport,
+    Disturbance, Instrument, MagneticDistortion, Motor, SensorErrors, Synthetic, TrajectoryKind,
+    Transport,
 };
 
 use serde::{Deserialize, Serialize};

@@ -21,6 +21,8 @@ pub enum TrajectoryKind {
     Turns,
     /// It is turned through all attitudes, for a calibration.
     Tumble,
+    /// It rides in a car that circles on sloping ground, for a calibration.
+    Circles,
 }
 
 /// One synthetic camera. Its sensor axes are those of a ZED 2.
@@ -31,6 +33,8 @@ pub struct Synthetic {
     pub trajectory: TrajectoryKind,
     /// Rest before the motion begins, s.
     pub rest_s: f64,
+    /// Slope of the ground under trajectory `circles`, degrees.
+    pub tilt_deg: f64,
     /// Seed of everything random; the same seed gives the same samples.
     pub seed: u64,
     /// 1 is real speed; 0 as fast as it goes.
@@ -43,6 +47,10 @@ pub struct Synthetic {
     pub distortion: MagneticDistortion,
     /// Magnetic disturbances that come and go.
     pub disturbance: Vec<Disturbance>,
+    /// Machines that turn near the camera, on the same vehicle.
+    pub motor: Vec<Motor>,
+    /// Devices that switch on and off near the camera, on the same vehicle.
+    pub instrument: Vec<Instrument>,
     /// What happens to samples on their way.
     pub transport: Transport,
 }
@@ -53,12 +61,15 @@ impl Default for Synthetic {
         Self {
             trajectory: TrajectoryKind::default(),
             rest_s: 3.0,
+            tilt_deg: 5.0,
             seed: 0,
             speed: 1.0,
             duration_s: 0.0,
             errors: SensorErrors::default(),
             distortion: MagneticDistortion::default(),
             disturbance: Vec::new(),
+            motor: Vec::new(),
+            instrument: Vec::new(),
             transport: Transport::default(),
         }
     }
@@ -76,6 +87,8 @@ pub struct SensorErrors {
     pub accel_bias_m_s2: Option<[f64; 3]>,
     /// Gyroscope bias per kelvin, rad/s/K.
     pub gyro_temperature_rad_s_k: [f64; 3],
+    /// 1/f noise of the magnetometer: its density at 1 Hz, µT/√Hz; it grows as 1/√f below.
+    pub mag_flicker_ut_rthz: f64,
     /// Temperature at the start, °C.
     pub temperature_start_c: f64,
     /// Temperature it settles at, °C.
@@ -93,6 +106,7 @@ impl Default for SensorErrors {
             gyro_bias_rad_s: None,
             accel_bias_m_s2: None,
             gyro_temperature_rad_s_k: [0.0; 3],
+            mag_flicker_ut_rthz: 0.0,
             temperature_start_c: 30.0,
             temperature_end_c: 38.0,
             temperature_time_constant_s: 300.0,
@@ -137,6 +151,33 @@ pub struct Disturbance {
     /// Frequency, Hz; 0 is constant, 50 is mains hum.
     #[serde(default)]
     pub frequency_hz: f64,
+}
+
+/// The alternating field of a turning machine that moves with the camera: a vehicle's engine with
+/// its alternator, or an electric motor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Motor {
+    /// Amplitude of the field in the body frame, µT.
+    pub field_ut: [f64; 3],
+    /// Frequency at standstill, Hz; an engine that idles at 800 rpm turns with 13.3 Hz.
+    pub idle_hz: f64,
+    /// What the camera's speed adds to the frequency, Hz per m/s.
+    #[serde(default)]
+    pub hz_per_m_s: f64,
+}
+
+/// The field of a device that moves with the camera and switches on and off: a blower, a display,
+/// a pump.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Instrument {
+    /// The field while it is on, in the body frame, µT.
+    pub field_ut: [f64; 3],
+    /// How long it stays on, s.
+    pub on_s: f64,
+    /// How long it stays off, s; 0 is always on.
+    pub off_s: f64,
 }
 
 /// What happens to samples between the sensor and the lane.

@@ -49,8 +49,10 @@ impl Aids {
         }
     }
 
-    /// Standstill must be found anew.
-    pub(crate) fn forget_rest(&mut self) {
+    /// The camera may have turned and moved unseen: standstill must be found anew, and the field in
+    /// the world that goes with the hard iron.
+    pub(crate) fn cross_gap(&mut self) {
+        self.hard_iron.forget_field();
         self.rest = RestDetector::new();
         self.at_rest = false;
         self.resting_s = 0.0;

@@ -196,7 +196,8 @@ fn first_covariance(
     cov.set_independent(ORIENTATION, DMat3::from_diagonal(DVec3::new(settled, settled, 0.0)));
     cov.shear(ORIENTATION, to_tilt, ACCEL_BIAS);
 
-    let heading = field.map_or(square(core::f64::consts::PI), |field| {
+    // Without a field the heading counts from here: arbitrary, but not uncertain in its own world.
+    let heading = field.map_or(0.0, |field| {
         let horizontal = libm::sqrt(field.x * field.x + field.y * field.y).max(1.0);
         let slope = field.z / horizontal;
         square(n.mag_sigma_ut / horizontal) + square(slope * n.accel_bias_sigma / p.gravity_m_s2)

@@ -141,7 +141,7 @@ impl Estimator {
     /// Accounts for a stretch of time without samples, too long to bridge.
     pub fn cross_gap(&mut self, span: SensorSpan) {
         let gap_s = span.as_secs_f64();
-        self.aids.forget_rest();
+        self.aids.cross_gap();
         self.alignment = Alignment::new();
         let Some(state) = &mut self.state else { return };
         follow(state, &mut self.pending, &self.noise);
@@ -194,10 +194,11 @@ impl Estimator {
 
     /// The filter's own covariance, and what no filter learns about a compass.
     fn orientation_covariance(&self, mut covariance: DMat3) -> DMat3 {
-        if self.aids.heading_origin != HeadingOrigin::Arbitrary {
-            let systematic = self.parameters.compass.systematic_sigma_rad;
-            covariance.z_axis.z += systematic * systematic;
-        }
+        let beyond = match self.aids.heading_origin {
+            HeadingOrigin::Arbitrary => core::f64::consts::PI,
+            _ => self.parameters.compass.systematic_sigma_rad,
+        };
+        covariance.z_axis.z += beyond * beyond;
         covariance
     }
 

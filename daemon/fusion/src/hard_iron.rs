@@ -41,6 +41,13 @@ impl HardIron {
         self.correction
     }
 
+    /// The world may have turned under the filter: another field will be seen in it.
+    pub(crate) fn forget_field(&mut self) {
+        for k in 3..STATES {
+            self.covariance[k][k] += FIELD_SIGMA_UT * FIELD_SIGMA_UT;
+        }
+    }
+
     /// Takes note of a turn, rad, and a way, m.
     pub(crate) fn note_motion(&mut self, turn_rad: f64, way_m: f64, p: &HardIronParameters) {
         self.renewed += turn_rad / p.renewal_turn_rad + way_m / p.renewal_way_m;

@@ -2,6 +2,7 @@
 
 pub mod calibrate;
 pub mod check;
+pub mod evaluate;
 pub mod replay;
 pub mod run;
 pub mod supervision;
@@ -35,6 +36,9 @@ pub enum CommandError {
     /// Replaying failed.
     #[error(transparent)]
     Replay(#[from] replay::ReplayCommandError),
+    /// Evaluating failed.
+    #[error(transparent)]
+    Evaluate(#[from] evaluate::EvaluateError),
 }
 
 impl CommandError {
@@ -45,6 +49,7 @@ impl CommandError {
             Self::Run(e) => e.exit_code(),
             Self::Calibrate(e) => e.exit_code(),
             Self::Replay(e) => e.exit_code(),
+            Self::Evaluate(e) => e.exit_code(),
         }
     }
 }
@@ -64,6 +69,10 @@ pub fn execute(cli: &Cli) -> Result<(), CommandError> {
         Some(Command::Replay(args)) => {
             logging::init(cli.log.as_deref(), None)?;
             Ok(replay::replay(&load(cli.config.as_deref())?, args)?)
+        }
+        Some(Command::Evaluate(command)) => {
+            logging::init(cli.log.as_deref(), None)?;
+            Ok(evaluate::evaluate(cli.config.as_deref(), command)?)
         }
         Some(Command::Calibrate(args)) => execute_calibrate(cli, args),
     }

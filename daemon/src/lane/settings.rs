@@ -83,6 +83,10 @@ impl LaneSettings {
     }
 }
 
+/// What even a good calibration leaves, rad: half a degree, by currents, temperature and age, which its own
+/// figure does not know.
+const LEAST_SYSTEMATIC_RAD: f64 = 8.7e-3;
+
 fn parameters_of(
     config: &Config,
     camera: &Camera,
@@ -91,7 +95,9 @@ fn parameters_of(
     let defaults = Parameters::default();
     let left_by_calibration = calibration
         .and_then(|c| c.magnetometer.as_ref()?.heading_sigma_deg)
-        .map_or(defaults.compass.systematic_sigma_rad, f64::to_radians);
+        .map_or(defaults.compass.systematic_sigma_rad, |deg| {
+            deg.to_radians().max(LEAST_SYSTEMATIC_RAD)
+        });
     Ok(Parameters {
         compass: lodestone_fusion::CompassParameters {
             systematic_sigma_rad: left_by_calibration,

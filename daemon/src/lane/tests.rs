@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use lodestone_config::model::{AxisMap, Camera, Config};
-use lodestone_fusion::{Accel, Gyro, SensorTime};
+use lodestone_fusion::{Accel, Gyro, Mag, SensorTime};
 use lodestone_schema::{CalibratedSample, LaneState, Pose, Status};
 
 use super::{Core, LaneSettings, Phase, Publish, Worker};
@@ -169,4 +169,23 @@ fn a_source_that_is_lost_before_its_first_reading_is_searched_for_and_afterwards
     assert_eq!(live.board.state(), LaneState::Lost);
     live.take(rest(3_000, 20));
     assert_eq!(live.board.state(), LaneState::Running);
+}
+
+#[test]
+fn given_a_field_that_is_not_the_earths_at_the_place_then_each_step_says_so() {
+    let unlike = |field_ut: DVec3| {
+        let mut core = Core::new(&settings());
+        let mut last = None;
+        for reading in rest(0, 4_000) {
+            let reading = Reading { mag: Some(Mag::new(field_ut)), ..reading };
+            core.take(&reading, |step| last = Some(step.field_unlike_earth));
+        }
+        last.unwrap()
+    };
+    // At the default place the World Magnetic Model has 21 µT northward and 44 µT down.
+    let earth = DVec3::new(21.0, 0.0, -44.0);
+    assert!(!unlike(earth));
+    assert!(!unlike(earth + DVec3::new(3.0, -4.0, 3.0)), "rooms are like that");
+    assert!(unlike(earth + DVec3::new(30.0, 0.0, 15.0)), "a car's iron is not the earth's");
+    assert!(unlike(DVec3::new(44.0, 0.0, -21.0)), "nor is another dip");
 }

@@ -91,10 +91,7 @@ impl Coarse {
         cov.add_variance(DEVIATION, deviation);
 
         let by_speed = square(a.motion_speed_sigma_m_s / (self.span_s * p.gravity_m_s2));
-        cov.set_independent(
-            ORIENTATION,
-            DMat3::from_diagonal(DVec3::new(by_speed, by_speed, square(core::f64::consts::PI))),
-        );
+        cov.set_independent(ORIENTATION, DMat3::from_diagonal(DVec3::new(by_speed, by_speed, 0.0)));
         let to_tilt = so3::skew(DVec3::Z) * matrix * p.gravity_m_s2.recip();
         cov.shear(ORIENTATION, to_tilt, ACCEL_BIAS);
         if let Some(field) = field

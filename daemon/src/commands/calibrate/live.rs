@@ -145,7 +145,7 @@ fn collect(mut driver: Box<dyn Driver>, stop: &StopFlag, into: &Mutex<Vec<Sample
 }
 
 /// A saturated reading says nothing: it becomes no number, which the fit leaves out.
-fn sample(reading: &Reading) -> Sample {
+pub(crate) fn sample(reading: &Reading) -> Sample {
     let gyro = reading.gyro.vector;
     Sample {
         time_ns: reading.sensor_time.as_nanos(),

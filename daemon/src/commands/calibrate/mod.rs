@@ -23,6 +23,9 @@ use crate::service::instance::InstanceError;
 use crate::source::SourceError;
 pub use file::WriteError;
 pub use guidance::Guidance;
+// What is evaluated is this command's calibration, not one that resembles it.
+pub(crate) use live::sample;
+pub(crate) use settings::of as settings_of;
 
 /// Why there is no calibration.
 #[derive(Debug, thiserror::Error)]

@@ -12,7 +12,7 @@ const STRENGTH_SIGMA_UT: f64 = 3.0;
 const DIP_SIGMA_DEG: f64 = 5.0;
 
 /// Noise and axes of a camera, and the field where the place is known.
-pub(super) fn of(camera: &Camera, world: Option<&World>) -> Settings {
+pub(crate) fn of(camera: &Camera, world: Option<&World>) -> Settings {
     let noise = camera.noise.unwrap_or_else(|| camera.model.noise());
     let defaults = SensorNoise::default();
     // Nobody knows what made a recording, and how it stamped its sensors.

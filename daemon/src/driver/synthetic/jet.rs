@@ -54,6 +54,12 @@ impl Jet {
         Self::new(y.value.atan2(x.value), first, turning - 2.0 * first * growing)
     }
 
+    /// Square root; only where the value is above zero.
+    pub(crate) fn sqrt(self) -> Self {
+        let root = self.value.sqrt();
+        self.chain(root, 0.5 / root, -0.25 / (root * self.value))
+    }
+
     /// Arc tangent, rad.
     pub(crate) fn atan(self) -> Self {
         self.atan2(Self::constant(1.0))
@@ -197,6 +203,7 @@ mod tests {
             agrees(|t| (inner(t) * t).sin_cos().1, t)?;
             agrees(|t| inner(t).atan2(inner(t * 0.7 + 0.3)), t)?;
             agrees(|t| (inner(t) * 1.7).atan(), t)?;
+            agrees(|t| inner(t).sqrt(), t)?;
         }
 
         #[test]

@@ -23,6 +23,7 @@ mod clock;
 mod field;
 mod jet;
 mod kinematics;
+mod machines;
 mod pace;
 mod random;
 mod sensor;
@@ -49,6 +50,7 @@ use super::{BATCH, Driver, DriverCounters, DriverInfo, Sink, SourceState};
 use crate::reading::Reading;
 use clock::SensorClock;
 use kinematics::{Earth, Mover};
+use machines::Machines;
 use pace::{Due, Pace};
 use random::Stream;
 use sensor::{SensorUnit, Stimulus};
@@ -90,22 +92,24 @@ struct WorldModel {
     earth: Earth,
     field: EarthField,
     disturbances: Vec<Disturbance>,
+    machines: Machines,
     /// Age of what the inertial sensors show, s.
     imu_delay_s: f64,
 }
 
 impl WorldModel {
-    /// What perfect sensors would read at a time.
-    fn stimulus(&self, time_s: f64) -> Stimulus {
+    /// What perfect sensors would read at a time, not before that of the last call.
+    fn stimulus(&mut self, time_s: f64) -> Stimulus {
         let motion = self.mover.at(time_s);
         let felt = self.mover.at(time_s - self.imu_delay_s);
         let added = self.disturbances.iter().map(|d| field::disturbance_at(d, time_s));
         let field = added.fold(self.field.world_ut, |sum, b| sum + b);
+        let vehicle = self.machines.field(time_s, motion.velocity.length());
         Stimulus {
             time_s,
             gyro: Gyro::new(self.earth.inertial_rate(&felt)),
             accel: Accel::new(self.earth.specific_force(&felt)),
-            mag: Mag::new(motion.orientation.inverse().apply(field)),
+            mag: Mag::new(motion.orientation.inverse().apply(field) + vehicle),
         }
     }
 }
@@ -122,11 +126,8 @@ impl SyntheticDriver {
         let field = EarthField::of(world)?;
         let earth = Earth::at(world.latitude_deg, field.true_north_rad);
         let seed = synthetic.seed;
-        let mover = Mover::new(trajectory::build(
-            synthetic.trajectory,
-            synthetic.rest_s,
-            &mut Stream::Trajectory.of(seed),
-        ));
+        let mut drawn = Stream::Trajectory.of(seed);
+        let mover = Mover::new(trajectory::build(&synthetic, &mut drawn));
         let clock = SensorClock::drawn(
             synthetic.transport.clock_error,
             synthetic.errors.quantise,
@@ -142,6 +143,7 @@ impl SyntheticDriver {
                 mover,
                 earth,
                 field,
+                machines: Machines::drawn(&synthetic),
                 disturbances: synthetic.disturbance,
                 imu_delay_s: camera.imu_delay_s,
             },
@@ -245,6 +247,7 @@ fn info(camera: &Camera, trajectory: TrajectoryKind) -> DriverInfo {
         TrajectoryKind::Car => "car",
         TrajectoryKind::Turns => "turns",
         TrajectoryKind::Tumble => "tumble",
+        TrajectoryKind::Circles => "circles",
     };
     DriverInfo {
         description: format!("synthetic {name}"),

@@ -21,6 +21,8 @@ pub(crate) enum Stream {
     Drop = 10,
     Delay = 11,
     ClockOrigin = 12,
+    MagFlicker = 13,
+    Machines = 14,
 }
 
 impl Stream {

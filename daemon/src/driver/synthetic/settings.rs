@@ -24,6 +24,7 @@ pub(crate) fn check(synthetic: &Synthetic) -> Result<(), SettingError> {
         ("speed", synthetic.speed),
         ("duration_s", synthetic.duration_s),
         ("errors.noise_scale", errors.noise_scale),
+        ("errors.mag_flicker_ut_rthz", errors.mag_flicker_ut_rthz),
         ("transport.sampling_jitter_s", transport.sampling_jitter_s),
         ("transport.arrival_delay_s", transport.arrival_delay_s),
     ] {

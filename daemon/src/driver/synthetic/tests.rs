@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
 use lodestone_config::model::{
-    Disturbance, MagneticDistortion, Noise, SensorErrors, Synthetic, Transport,
+    Disturbance, Instrument, MagneticDistortion, Motor, Noise, SensorErrors, Synthetic, Transport,
 };
 
 use super::*;
@@ -238,6 +238,42 @@ fn a_disturbance_is_felt_only_while_it_lasts() {
     let at = |k: usize| readings[k].mag.unwrap().vector;
     assert!((at(0) - at(1000)).length() < 1e-12, "before and after");
     assert!(((at(600) - at(0)).length() - 25.0).abs() < 1e-9, "during");
+}
+
+/// What runs on the vehicle moves with the camera: turned into the world, it turns with it.
+#[test]
+fn motors_and_instruments_are_fixed_to_the_body() {
+    let quiet = Synthetic { errors: perfect(), ..fast(TrajectoryKind::Tumble, 20.0) };
+    let running = Synthetic {
+        motor: vec![Motor { field_ut: [0.0, 4.0, 0.0], idle_hz: 3.3, hz_per_m_s: 0.0 }],
+        instrument: vec![Instrument { field_ut: [1.0, 0.0, -2.0], on_s: 1.0, off_s: 0.0 }],
+        ..quiet.clone()
+    };
+    let (without, with) = (run(&mut driver(quiet)), run(&mut driver(running)));
+    let added = without
+        .iter()
+        .zip(&with)
+        .filter_map(|(a, b)| Some(to_body(b.mag?.vector) - to_body(a.mag?.vector)));
+    let added: Vec<DVec3> = added.collect();
+    assert!(added.len() == 1000);
+    assert!(added.iter().all(|b| (b.x - 1.0).abs() < 1e-9 && (b.z + 2.0).abs() < 1e-9));
+    let largest = added.iter().map(|b| b.y.abs()).fold(0.0, f64::max);
+    let mean = added.iter().map(|b| b.y).sum::<f64>() / 1000.0;
+    assert!((largest - 4.0).abs() < 0.05 && mean.abs() < 0.1, "{largest} {mean}");
+}
+
+#[test]
+fn flicker_comes_on_top_of_the_white_noise_and_changes_nothing_else() {
+    let white = fast(TrajectoryKind::Standing, 60.0);
+    let errors = SensorErrors { mag_flicker_ut_rthz: 0.5, ..SensorErrors::default() };
+    let both = run(&mut driver(Synthetic { errors, ..white.clone() }));
+    let white = run(&mut driver(white));
+    assert!(white.iter().zip(&both).all(|(a, b)| a.gyro == b.gyro && a.accel == b.accel));
+    let sigma = |readings: &[Reading]| {
+        let x: Vec<f64> = readings.iter().filter_map(|r| Some(r.mag?.vector.x)).collect();
+        crate::evaluation::statistics::standard_deviation(&x).unwrap()
+    };
+    assert!(sigma(&both) > 1.5 * sigma(&white), "{} {}", sigma(&both), sigma(&white));
 }
 
 #[test]

@@ -1,9 +1,10 @@
-//! The magnetometer: it reads `S B + h + k (T − 25 °C)` with noise, every n-th sample.
+//! The magnetometer: it reads `S B + h + k (T − 25 °C)` with white and 1/f noise, every n-th sample.
 
 use glam::{DMat3, DVec3};
 use lodestone_config::model::{Noise, Synthetic};
 use rand_chacha::ChaCha8Rng;
 
+use super::flicker::Flicker;
 use super::quantiser::Quantiser;
 use super::{Digital, REFERENCE_C};
 use crate::driver::synthetic::random::{Stream, normal3};
@@ -19,6 +20,7 @@ pub(crate) struct Magnetometer {
     temperature: DVec3,
     sigma: f64,
     noise: ChaCha8Rng,
+    flicker: Flicker,
     quantiser: Quantiser,
     every: u32,
     /// Samples until the next reading.
@@ -26,18 +28,21 @@ pub(crate) struct Magnetometer {
 }
 
 impl Magnetometer {
-    /// The magnetometer of these noise figures and distortion.
-    pub(crate) fn new(noise: &Noise, synthetic: &Synthetic) -> Self {
-        let distortion = &synthetic.distortion;
+    /// The magnetometer of these noise figures and distortion, in a unit sampled at `rate_hz`.
+    pub(crate) fn new(noise: &Noise, synthetic: &Synthetic, rate_hz: f64) -> Self {
+        let (distortion, scale) = (&synthetic.distortion, synthetic.errors.noise_scale);
+        let every = synthetic.transport.mag_every.max(1);
+        let flicker = synthetic.errors.mag_flicker_ut_rthz * scale;
         Self {
             // Row by row in the configuration, column by column in glam.
             soft_iron: DMat3::from_cols_array_2d(&distortion.soft_iron).transpose(),
             hard_iron: DVec3::from_array(distortion.hard_iron_ut),
             temperature: DVec3::from_array(distortion.temperature_ut_k),
-            sigma: noise.mag_sigma_ut * synthetic.errors.noise_scale,
+            sigma: noise.mag_sigma_ut * scale,
             noise: Stream::MagWhite.of(synthetic.seed),
+            flicker: Flicker::new(flicker, f64::from(every) / rate_hz, synthetic.seed),
             quantiser: Quantiser::new(STEP_UT, synthetic.errors.quantise),
-            every: synthetic.transport.mag_every.max(1),
+            every,
             countdown: 0,
         }
     }
@@ -50,7 +55,7 @@ impl Magnetometer {
         }
         self.countdown = self.every - 1;
         let warm = self.temperature * (temperature_c - REFERENCE_C);
-        let noise = normal3(&mut self.noise) * self.sigma;
+        let noise = normal3(&mut self.noise) * self.sigma + self.flicker.next();
         Some(self.quantiser.read(self.soft_iron * field + self.hard_iron + warm + noise))
     }
 }

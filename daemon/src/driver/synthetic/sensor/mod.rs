@@ -2,6 +2,7 @@
 
 mod accelerometer;
 mod axes;
+mod flicker;
 mod gyroscope;
 mod inertial;
 mod magnetometer;
@@ -73,7 +74,7 @@ impl SensorUnit {
             thermometer: Thermometer::new(&synthetic.errors),
             gyroscope: Gyroscope::new(&noise, &synthetic.errors, synthetic.seed, rate_hz),
             accelerometer: Accelerometer::new(&noise, &synthetic.errors, synthetic.seed, rate_hz),
-            magnetometer: Magnetometer::new(&noise, synthetic),
+            magnetometer: Magnetometer::new(&noise, synthetic, rate_hz),
         })
     }
 

@@ -6,6 +6,7 @@
 //! and attitude at least C¹ with a continuous rate.
 
 mod car;
+mod circles;
 mod model_vehicle;
 mod path;
 mod plan;
@@ -20,7 +21,7 @@ mod tests;
 
 use std::sync::Arc;
 
-use lodestone_config::model::TrajectoryKind;
+use lodestone_config::model::{Synthetic, TrajectoryKind};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -45,13 +46,10 @@ pub(crate) trait Trajectory: Send + Sync {
     fn pose(&self, time_s: f64) -> PoseJet;
 }
 
-/// The trajectory of a kind; the generator draws what distinguishes one camera from another.
-pub(crate) fn build(
-    kind: TrajectoryKind,
-    rest_s: f64,
-    rng: &mut ChaCha8Rng,
-) -> Arc<dyn Trajectory> {
-    match kind {
+/// The trajectory as configured; the generator draws what distinguishes one camera from another.
+pub(crate) fn build(synthetic: &Synthetic, rng: &mut ChaCha8Rng) -> Arc<dyn Trajectory> {
+    let rest_s = synthetic.rest_s;
+    match synthetic.trajectory {
         TrajectoryKind::Standing => Arc::new(standing::Standing::drawn(rng)),
         TrajectoryKind::Walk => Arc::new(walk::Walk::drawn(rest_s, rng)),
         TrajectoryKind::Stairs => Arc::new(stairs::Stairs::drawn(rest_s, rng)),
@@ -59,6 +57,9 @@ pub(crate) fn build(
         TrajectoryKind::Car => Arc::new(car::Car::drawn(rest_s, rng)),
         TrajectoryKind::Turns => Arc::new(turning::Turning::turns(rest_s, rng)),
         TrajectoryKind::Tumble => Arc::new(turning::Turning::tumble(rest_s, rng)),
+        TrajectoryKind::Circles => {
+            Arc::new(circles::Circles::drawn(rest_s, synthetic.tilt_deg.to_radians(), rng))
+        }
     }
 }
 

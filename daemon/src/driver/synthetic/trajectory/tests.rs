@@ -1,20 +1,23 @@
 //! What holds for every trajectory, and what makes each the one it is.
 
 use glam::{DQuat, DVec3};
-use lodestone_config::model::TrajectoryKind::{
-    self, Car, ModelVehicle, Stairs, Standing, Tumble, Turns, Walk,
+use lodestone_config::model::{
+    Synthetic,
+    TrajectoryKind::{self, Car, Circles, ModelVehicle, Stairs, Standing, Tumble, Turns, Walk},
 };
 use proptest::prelude::*;
 
 use crate::driver::synthetic::kinematics::{Earth, Motion, Mover};
 use crate::driver::synthetic::random::Stream;
 
-const KINDS: [TrajectoryKind; 7] = [Standing, Walk, Stairs, ModelVehicle, Car, Turns, Tumble];
+const KINDS: [TrajectoryKind; 8] =
+    [Standing, Walk, Stairs, ModelVehicle, Car, Turns, Tumble, Circles];
 const SAMPLE_S: f64 = 0.0025;
 const REST_S: f64 = 2.0;
 
 fn mover(kind: TrajectoryKind, seed: u64) -> Mover {
-    Mover::new(super::build(kind, REST_S, &mut Stream::Trajectory.of(seed)))
+    let synthetic = Synthetic { trajectory: kind, rest_s: REST_S, ..Synthetic::default() };
+    Mover::new(super::build(&synthetic, &mut Stream::Trajectory.of(seed)))
 }
 
 fn samples(mover: &Mover, from_s: f64, duration_s: f64) -> impl Iterator<Item = Motion> {
@@ -32,6 +35,7 @@ const fn roughness(kind: TrajectoryKind) -> (f64, f64) {
         Car => (200.0, 3.0),
         Turns => (2.0, 1.0),
         Tumble => (2.0, 4.0),
+        Circles => (10.0, 1.0),
     }
 }
 
@@ -89,7 +93,7 @@ proptest! {
                 prop_assert_eq!(motion.rate, DVec3::ZERO);
             }
             let moved = mover.at(REST_S + 5.0).position.length();
-            prop_assert!((moved > 0.1) == (kind != Standing), "{kind:?} moved {moved} m");
+            prop_assert!((moved > 1e-3) == (kind != Standing), "{kind:?} moved {moved} m");
         }
     }
 
@@ -263,4 +267,45 @@ fn the_walk_looks_around_and_pauses_and_does_not_repeat() {
         .filter(|distance| *distance > 0.0)
         .fold(f64::INFINITY, f64::min);
     assert!(closest > 1e-4, "{closest} m");
+}
+
+/// What a calibration wants of a camera that can be lifted: every axis points everywhere.
+#[test]
+fn tumbling_turns_every_axis_everywhere() {
+    for seed in 0..10 {
+        let all: Vec<_> = samples(&mover(Tumble, seed), REST_S, 70.0).collect();
+        for axis in DVec3::AXES {
+            let up = |m: &Motion| m.orientation.apply(axis).z;
+            let highest = all.iter().map(up).fold(-1.0, f64::max);
+            let lowest = all.iter().map(up).fold(1.0, f64::min);
+            assert!(highest > 0.85 && lowest < -0.85, "seed {seed}: {lowest} to {highest}");
+        }
+        let fastest = all.iter().map(|m| m.rate.length()).fold(0.0, f64::max);
+        assert!((0.5..2.5).contains(&fastest), "seed {seed}: {fastest} rad/s");
+    }
+}
+
+#[test]
+fn a_calibrating_car_turns_twice_to_each_side_on_ground_of_one_slope() {
+    let slope_deg = 5.0_f64;
+    for seed in 0..10 {
+        let all: Vec<_> = samples(&mover(Circles, seed), REST_S, 96.0).collect();
+        let turned = |side: f64| {
+            let rates = all.iter().map(|m| (m.rate.z * side).max(0.0) * SAMPLE_S);
+            rates.sum::<f64>() / std::f64::consts::TAU
+        };
+        for side in [1.0, -1.0] {
+            assert!((turned(side) - 2.0).abs() < 0.03, "seed {seed}: {} turns", turned(side));
+        }
+        for motion in &all {
+            let tilt_deg = motion.orientation.apply(DVec3::Z).z.acos().to_degrees();
+            assert!((tilt_deg - slope_deg).abs() < 1e-9, "seed {seed}: {tilt_deg}°");
+            let forward = motion.orientation.apply(DVec3::X);
+            let off_track = motion.velocity.normalize_or_zero().cross(forward).length();
+            // Its speed is that of the level circle; only the slope's square is left aside.
+            assert!(off_track < 0.02 || motion.velocity.length() < 1e-6, "{off_track}");
+        }
+        let fastest = all.iter().map(horizontal_speed).fold(0.0, f64::max);
+        assert!((1.4..1.6).contains(&fastest), "seed {seed}: {fastest} m/s");
+    }
 }

@@ -1,0 +1,114 @@
+//! The report of `lodestoned evaluate static`.
+//!
+//! A reader of the paper finds its table "Stability of the Magnetometer" and its figures
+//! "Calibration of the Magnetic Field Sensor" and "Sensory Ground Truth" again, ours beside the
+//! paper's where it gives numbers.
+
+mod comparison;
+mod notes;
+mod place;
+mod rest;
+mod table;
+
+pub use table::text as text_table;
+
+use serde::Serialize;
+
+use super::page::{page, paragraph, section};
+use super::scale::signed;
+use crate::evaluation::rest::Rest;
+use crate::evaluation::static_places::{FRESH_RECORDINGS, PlaceResult};
+use crate::evaluation::statistics::Spread;
+
+/// Everything that a static evaluation found.
+#[derive(Clone, Debug, Serialize)]
+pub struct StaticReport {
+    /// Version of the daemon.
+    pub version: &'static str,
+    /// Seed of the evaluation.
+    pub seed: u64,
+    /// Fresh recordings behind every figure with a ±.
+    pub fresh_recordings: u32,
+    /// The table, row by row.
+    pub places: Vec<PlaceResult>,
+    /// Noise of the inertial sensors at rest.
+    pub rest: Rest,
+}
+
+impl StaticReport {
+    /// The report of these places.
+    pub const fn new(seed: u64, places: Vec<PlaceResult>, rest: Rest) -> Self {
+        let version = env!("CARGO_PKG_VERSION");
+        Self { version, seed, fresh_recordings: FRESH_RECORDINGS, places, rest }
+    }
+
+    /// The whole page.
+    pub fn html(&self) -> String {
+        let mut body = self.head();
+        body += &section("stability", "Stability of the magnetometer", &self.stability());
+        body += &section(
+            "compares",
+            "What compares with the paper, and what does not",
+            &notes::comparable(),
+        );
+        for result in &self.places {
+            body += &place::section_of(result);
+        }
+        body += &section("rest", "Noise at rest", &rest::markup(&self.rest));
+        body += &section("method", "Method", &notes::method(self));
+        page("Lodestone: static evaluation", &body)
+    }
+
+    fn head(&self) -> String {
+        let (count, seed, version) = (self.places.len(), self.seed, self.version);
+        let places = match count {
+            1 => "one place".into(),
+            6 => "six places".into(),
+            count => format!("{count} places"),
+        };
+        format!(
+            "<h1>How much calibration steadies the magnetometer</h1>\n\
+             <p class=\"lead\">The static evaluation of Müller and Kranzlmüller, “Dynamic Sensor \
+             Matching based on Geomagnetic Inertial Navigation” (WSCG 2022), repeated in Lodestone’s \
+             synthetic world at {places}.</p>\n\
+             <p class=\"note\">lodestoned {version}, seed {seed}. The same seed gives the same report, \
+             to the byte. Colours of the axes as in the paper: <span class=\"roll\">roll (about \
+             forward) red</span>, <span class=\"pitch\">pitch (about left) green</span>, <span \
+             class=\"yaw\">yaw (about up) blue</span>. Body axes: x forward, y left, z up.</p>\n"
+        )
+    }
+
+    fn stability(&self) -> String {
+        let refused = self.places.iter().filter(|p| p.calibrated.is_none()).count();
+        let mut markup = paragraph(
+            "σ is the standard deviation of the field’s strength |B| while the camera is turned: a \
+             perfect magnetometer in the earth’s uniform field reads one strength in every direction. \
+             σ<sub>nc</sub> is the sensor as it comes, σ<sub>c</sub> the same readings after \
+             calibration, ε = 1 − σ<sub>c</sub>/σ<sub>nc</sub>. ± is the standard deviation from one \
+             fresh recording to the next.",
+        );
+        markup += &table::markup(&self.places);
+        if refused > 0 {
+            markup += &paragraph(
+                "<span class=\"warn\">Refused</span>: the recording could not tell what a calibration \
+                 must know; the section of the place says what is missing. No σ<sub>c</sub> is given \
+                 then.",
+            );
+        }
+        markup + &comparison::figure_of(&self.places)
+    }
+}
+
+/// `1.23 ± 0.04` as markup.
+fn spread(spread: Spread, decimals: usize) -> String {
+    let mean = signed(spread.mean, decimals);
+    match spread.deviation {
+        Some(deviation) => format!("{mean} <small>± {}</small>", signed(deviation, decimals)),
+        None => mean,
+    }
+}
+
+/// How a place is called: as in the paper where it has a row there, else by its camera's name.
+fn title(result: &PlaceResult) -> &str {
+    result.paper.map_or(result.name.as_str(), |row| row.place)
+}
