@@ -36,6 +36,12 @@ pub struct SensorNoise {
     /// Magnetometer noise of one reading, 1σ, µT: what is expected; the residuals tell the real
     /// one.
     pub mag_sigma_ut: f64,
+    /// How old gyroscope and accelerometer are against a magnetometer reading of the same time stamp, s:
+    /// the group delay of their filter.
+    pub imu_delay_s: f64,
+    /// 1σ of that, s. In a pure cone a wrong delay cannot be told from a turn of the soft iron: small
+    /// values promise more than may hold, large ones refuse cones.
+    pub imu_delay_sigma_s: f64,
     /// Each element of the soft iron `A` about the identity, 1σ.
     pub soft_iron_sigma: f64,
     /// Each component of the hard iron, 1σ, µT.
@@ -52,6 +58,8 @@ impl Default for SensorNoise {
             accel_density_m_s2_rthz: 1.6e-3,
             accel_bias_sigma_m_s2: 0.3,
             mag_sigma_ut: 0.5,
+            imu_delay_s: 0.0,
+            imu_delay_sigma_s: 0.002,
             soft_iron_sigma: 0.12,
             hard_iron_sigma_ut: 200.0,
         }
@@ -93,7 +101,7 @@ pub struct Limits {
 impl Default for Limits {
     fn default() -> Self {
         Self {
-            heading_sigma_deg: 1.0,
+            heading_sigma_deg: 1.5,
             circle_deg: 300.0,
             tilt_deg: 2.0,
             duration_s: 15.0,

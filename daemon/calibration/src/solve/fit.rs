@@ -1,11 +1,16 @@
 //! The search: Levenberg and Marquardt's damped steps, with the noise taken from what is left.
 
 use super::arrow::{GlobalBlock, Solution};
+use super::colour;
 use super::parameters::{GLOBALS, State};
 use super::problem::{Left, Linearised, Noise, Problem};
 use crate::settings::SensorNoise;
 
 const MOST_STEPS: u32 = 60;
+const FIRST_DAMPING: f64 = 1e-4;
+/// The accelerometer counts for this much less at first: accelerations that last, as in a circle
+/// driven or on an arm, must show as residuals before attitude and gyro bias can follow them.
+const FIRST_ACCEL_COLOUR: f64 = 20.0;
 /// A step is small enough if it moves nothing by more than this many of its σ.
 const SMALL_STEP: f64 = 0.02;
 /// Or if it lowers the squared residuals, in variances, by less than this.
@@ -35,12 +40,11 @@ pub(crate) struct Fit {
 pub(crate) fn search(problem: &Problem<'_>, start: State, noise: Noise) -> Option<Fit> {
     let mut search = Search::new(problem, start, noise);
     search.run()?;
-    let likeliest = with_likeliest_gyro(problem, &search.state, search.noise)?;
-    if likeliest != search.noise {
-        let iterations = search.iterations;
-        search = Search { iterations, ..Search::new(problem, search.state, likeliest) };
-        search.run()?;
-    }
+    // Only now is the accelerometer trusted, as far as what is left of it allows.
+    let trusted = Noise { accel_colour: 1.0, accel_is_known: true, ..search.noise };
+    search.run_with(trusted.coloured(&search.at))?;
+    search.run_with(with_likeliest_gyro(problem, &search.state, search.noise)?)?;
+    search.run_with(search.noise.coloured(&search.at))?;
     search.finish()
 }
 
@@ -85,7 +89,18 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn new(problem: &'a Problem<'a>, state: State, noise: Noise) -> Self {
         let at = problem.linearise(&state, &noise);
-        Self { problem, state, noise, at, damping: 1e-4, iterations: 0, converged: false }
+        Self { problem, state, noise, at, damping: FIRST_DAMPING, iterations: 0, converged: false }
+    }
+
+    /// Goes on with other noise, if it is another.
+    fn run_with(&mut self, noise: Noise) -> Option<()> {
+        if noise == self.noise {
+            return Some(());
+        }
+        self.noise = noise;
+        self.at = self.problem.linearise(&self.state, &noise);
+        self.damping = FIRST_DAMPING;
+        self.run()
     }
 
     /// Steps until one is small.
@@ -134,6 +149,17 @@ impl<'a> Search<'a> {
     }
 }
 
+impl Noise {
+    /// The noise with the colour of what is left, if that is stronger than its own.
+    fn coloured(self, at: &Linearised) -> Self {
+        Self {
+            mag_colour: colour::factor(&at.mag, self.mag).max(self.mag_colour),
+            accel_colour: colour::factor(&at.accel, self.accel).max(self.accel_colour),
+            ..self
+        }
+    }
+}
+
 fn is_small(solution: &Solution) -> bool {
     (0..GLOBALS).all(|i| {
         solution.globals[i].abs() <= SMALL_STEP * solution.covariance[(i, i)].max(0.0).sqrt()
@@ -144,6 +170,7 @@ fn is_small(solution: &Solution) -> bool {
 fn renewed(noise: &Noise, at: &Linearised) -> (Noise, bool) {
     let mag = spread(&at.mag).max(LEAST_MAG_UT);
     let accel = spread(&at.accel).max(LEAST_ACCEL_M_S2);
+    let accel = if noise.accel_is_known { noise.accel } else { accel };
     let settled = |new: f64, old: f64| (new / old - 1.0).abs() < 0.01;
     let same = settled(mag, noise.mag) && settled(accel, noise.accel);
     if same { (*noise, true) } else { (Noise { mag, accel, ..*noise }, false) }
@@ -166,6 +193,9 @@ pub(crate) fn first_noise(sensors: &SensorNoise, mag_ut: f64, interval_s: f64) -
     Noise {
         mag: mag_ut.max(sensors.mag_sigma_ut),
         accel: (sensors.accel_density_m_s2_rthz * root_rate).max(0.05),
+        mag_colour: 1.0,
+        accel_colour: FIRST_ACCEL_COLOUR,
+        accel_is_known: false,
         gyro: sensors.gyro_density_rad_s_rthz,
         gyro_walk: sensors.gyro_bias_walk_rad_s2_rthz,
     }

@@ -6,6 +6,7 @@
 //! ```
 
 mod arrow;
+mod colour;
 mod field;
 mod fit;
 mod force;

@@ -21,9 +21,6 @@ const DOUBT: f64 = 16.3;
 const GRAVITY_M_S2: (f64, f64) = (9.81, 0.05);
 /// Strength of the earth's field anywhere, µT.
 const STRENGTH_UT: (f64, f64) = (47.0, 12.0);
-/// How far apart in time accelerometer and magnetometer of one sample may be, 1σ, s. In a pure cone it
-/// cannot be told from a turn of the soft iron.
-const MAG_DELAY_SIGMA_S: f64 = 1.5e-3;
 /// 1σ of slopes: µT/K and rad/s/K.
 const HARD_SLOPE_SIGMA: f64 = 0.5;
 const GYRO_SLOPE_SIGMA: f64 = 5e-4;
@@ -35,6 +32,12 @@ pub(crate) struct Noise {
     pub(crate) mag: f64,
     /// Of one reading, m/s².
     pub(crate) accel: f64,
+    /// By how much more a reading counts for less, because residuals hang together in time.
+    pub(crate) mag_colour: f64,
+    /// The same for the accelerometer.
+    pub(crate) accel_colour: f64,
+    /// Whether the accelerometer's figures stay as they are.
+    pub(crate) accel_is_known: bool,
     /// Density, rad/s/√Hz.
     pub(crate) gyro: f64,
     /// Density of the bias's random walk, rad/s²/√Hz.
@@ -114,12 +117,12 @@ impl<'a> Problem<'a> {
             let warmer_k = segment.warmer_k;
             if let Some((mean, reading)) = sums.mag() {
                 let r = field::residual(globals, knot, &mean, reading, warmer_k);
-                let left = add_doubted(&mut all.arrow, k, r, noise.mag);
+                let left = add_doubted(&mut all.arrow, k, r, noise.mag * noise.mag_colour);
                 all.mag.push(Left { time_s: steps[bin.start].time_s, ..left });
             }
             if let Some((mean, reading)) = sums.accel() {
                 let r = force::residual(globals, knot, &mean, reading, warmer_k);
-                let left = add_doubted(&mut all.arrow, k, r, noise.accel);
+                let left = add_doubted(&mut all.arrow, k, r, noise.accel * noise.accel_colour);
                 all.accel.push(Left { time_s: steps[bin.start].time_s, ..left });
             }
         }
@@ -172,7 +175,7 @@ impl<'a> Problem<'a> {
             .collect();
         priors.push((GRAVITY, GRAVITY_M_S2.0, GRAVITY_M_S2.1));
         priors.push((DELAY, 0.0, delay_s));
-        priors.push((MAG_DELAY, 0.0, MAG_DELAY_SIGMA_S));
+        priors.push((MAG_DELAY, n.imu_delay_s, n.imu_delay_sigma_s));
         priors
     }
 }

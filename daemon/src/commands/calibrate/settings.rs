@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use lodestone_calibration::{FieldPrior, SensorNoise, Settings};
-use lodestone_config::model::{Camera, World};
+use lodestone_config::model::{Camera, DriverKind, World};
 
 use crate::driver::synthetic::EarthField;
 
@@ -15,6 +15,9 @@ const DIP_SIGMA_DEG: f64 = 5.0;
 pub(crate) fn of(camera: &Camera, world: Option<&World>) -> Settings {
     let noise = camera.noise.unwrap_or_else(|| camera.model.noise());
     let defaults = SensorNoise::default();
+    // Nobody knows what made a recording, and how it stamped its sensors.
+    let is_recorded = camera.driver == DriverKind::Replay;
+    let delay_s = if is_recorded { defaults.imu_delay_s } else { camera.imu_delay_s };
     Settings {
         noise: SensorNoise {
             gyro_density_rad_s_rthz: noise.gyro_density_rad_s_rthz,
@@ -24,6 +27,7 @@ pub(crate) fn of(camera: &Camera, world: Option<&World>) -> Settings {
             accel_density_m_s2_rthz: noise.accel_density_m_s2_rthz,
             accel_bias_sigma_m_s2: noise.accel_bias_sigma_m_s2.max(defaults.accel_bias_sigma_m_s2),
             mag_sigma_ut: noise.mag_sigma_ut,
+            imu_delay_s: delay_s,
             ..defaults
         },
         field: world.and_then(field),
