@@ -71,7 +71,7 @@ impl Default for Lane {
             threads: Threads::One,
             bridge_limit_s: 0.1,
             stale_after_s: 0.1,
-            reset_after_s: 1.0,
+            reset_after_s: 0.5,
         }
     }
 }

@@ -9,7 +9,8 @@ use crate::predict::{FOLLOW_S, Pending, ProcessNoise, follow};
 use crate::rest::{RestDetector, WindowStatistics};
 use crate::state::State;
 use crate::update::compass::{Compass, CompassReport, FieldAverage};
-use crate::update::{levelling, standstill};
+use crate::update::levelling::Levelling;
+use crate::update::standstill;
 use glam::DVec3;
 
 /// Readings refused for this long make the heading "held".
@@ -22,6 +23,7 @@ pub(crate) struct Aids {
     resting_s: f64,
     pub(crate) at_rest: bool,
     since_levelling_s: f64,
+    levelling: Levelling,
     pub(crate) compass: Compass,
     hard_iron: HardIron,
     pub(crate) heading_origin: HeadingOrigin,
@@ -42,6 +44,7 @@ impl Aids {
             resting_s: 0.0,
             at_rest: false,
             since_levelling_s: 0.0,
+            levelling: Levelling::new(),
             compass: Compass::new(),
             hard_iron: HardIron::new(&p.hard_iron),
             heading_origin: HeadingOrigin::Arbitrary,
@@ -85,7 +88,7 @@ impl Aids {
         if let Some(window) = &due.window {
             self.stand(state, window, p);
         }
-        report.levelling = due.levelling.then(|| levelling::update(state, &p.levelling));
+        report.levelling = due.levelling.then(|| self.levelling.update(state, &p.levelling));
         if let Some(field) = &due.field {
             report.world_turned =
                 self.compass.reference().is_none() && self.find_north(state, field, p);

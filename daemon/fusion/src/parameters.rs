@@ -75,7 +75,7 @@ pub struct AlignmentParameters {
     /// Time after which a camera that does not come to rest is aligned coarsely, s; never if absent.
     /// Short starts sooner, long averages more of the motion away. Default 1.8.
     pub motion_s: Option<f64>,
-    /// Change of a moving camera's speed in that time, 1σ, m/s, per axis. Default 1.5.
+    /// Change of a moving camera's speed in that time, 1σ, m/s, per axis. Default 2.
     pub motion_speed_sigma_m_s: f64,
     /// Speed of a camera that is aligned in motion, 1σ, m/s, per axis. Default 10.
     pub motion_start_sigma_m_s: f64,
@@ -107,6 +107,11 @@ pub struct LevellingParameters {
     pub time_constant_s: f64,
     /// Usual size of the leaky velocity, 1σ, m/s, per axis. Small trusts gravity more. Default 0.3.
     pub sigma_m_s: f64,
+    /// Time over which the usual size is learnt where it is larger, s. Default 10.
+    pub memory_s: f64,
+    /// Part of its mean square that the variance of the leaky velocity is at least. Large distrusts
+    /// gravity in a vehicle, and after every error of the tilt. Default 0.7.
+    pub liveliness: f64,
     /// Seconds between two updates. Default 0.1.
     pub interval_s: f64,
     /// Normalised innovation beyond which an update is weakened. Default 3.
@@ -220,7 +225,7 @@ impl Default for AlignmentParameters {
             gravity_tolerance_m_s2: 0.6,
             max_bias_rad_s: 0.03,
             motion_s: Some(1.8),
-            motion_speed_sigma_m_s: 1.5,
+            motion_speed_sigma_m_s: 2.0,
             motion_start_sigma_m_s: 10.0,
         }
     }
@@ -241,7 +246,14 @@ impl Default for RestParameters {
 
 impl Default for LevellingParameters {
     fn default() -> Self {
-        Self { time_constant_s: 3.0, sigma_m_s: 0.3, interval_s: 0.1, gate_sigma: 3.0 }
+        Self {
+            time_constant_s: 3.0,
+            sigma_m_s: 0.3,
+            memory_s: 10.0,
+            liveliness: 0.7,
+            interval_s: 0.1,
+            gate_sigma: 3.0,
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Over a second or two the gyroscope alone keeps the body's turns, so specific force and field are
 //! averaged in the frame that the body had at the start. The mean force is gravity, but for what the
-//! camera sped up meanwhile: a change of speed of 1.5 m/s in 1.8 s tilts it by 5 degrees, and where
+//! camera sped up meanwhile: a change of speed of 2 m/s in 1.8 s tilts it by 6 degrees, and where
 //! the field dips steeply, a tilt turns the heading by more than itself. All this is in the covariance,
 //! correlations included, so that levelling corrects the heading too. Compare Groves, ch. 5.6.3
 //! (quasi-stationary alignment).

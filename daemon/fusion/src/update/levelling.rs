@@ -29,24 +29,54 @@ pub fn jacobian(axis: usize) -> Row {
     row
 }
 
-/// Levels the state; gives the largest normalised innovation squared of the three axes.
-///
-/// A residual beyond the gate is not refused, which could lock a tilted filter out for ever: its
-/// variance is raised until it sits on the gate.
-pub(crate) fn update(state: &mut State, p: &LevellingParameters) -> Outcome {
-    let variance = p.sigma_m_s * p.sigma_m_s * (p.time_constant_s / p.interval_s);
-    let mut worst = Outcome { residual: 0.0, nis: 0.0, used: true };
-    for axis in 0..3 {
-        let row = jacobian(axis);
-        let residual = residual(state)[axis];
-        let usual = innovation_variance(state, &row, p.sigma_m_s * p.sigma_m_s);
-        let excess = residual * residual / (usual * p.gate_sigma * p.gate_sigma);
-        let variance = variance * excess.max(1.0);
-        let outcome = apply_blind(state, &row, residual, variance);
-        let nis = residual * residual / usual;
-        if nis > worst.nis {
-            worst = Outcome { nis, ..outcome };
-        }
+/// How fast the camera goes about, as far as levelling has seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Levelling {
+    /// Mean square of the leaky velocity per horizontal axis, (m/s)².
+    speed_square: f64,
+}
+
+impl Levelling {
+    /// Nothing seen.
+    pub const fn new() -> Self {
+        Self { speed_square: 0.0 }
     }
-    worst
+
+    /// Levels the state; gives the largest normalised innovation squared of the three axes.
+    ///
+    /// A camera that speeds up and slows down more than a hand does, in a vehicle, has a larger leaky
+    /// velocity all the time, so gravity counts for less. A residual beyond the gate is not refused,
+    /// which could lock a tilted filter out for ever: its variance is raised until it sits on the gate.
+    pub(crate) fn update(&mut self, state: &mut State, p: &LevellingParameters) -> Outcome {
+        let usual_square = self.usual_square(state, p);
+        let variance = usual_square * (p.time_constant_s / p.interval_s);
+        let mut worst = Outcome { residual: 0.0, nis: 0.0, used: true };
+        for axis in 0..3 {
+            let row = jacobian(axis);
+            let residual = residual(state)[axis];
+            let usual = innovation_variance(state, &row, usual_square);
+            let excess = residual * residual / (usual * p.gate_sigma * p.gate_sigma);
+            let variance = variance * excess.max(1.0);
+            let outcome = apply_blind(state, &row, residual, variance);
+            let nis = residual * residual / usual;
+            if nis > worst.nis {
+                worst = Outcome { nis, ..outcome };
+            }
+        }
+        worst
+    }
+
+    fn usual_square(&mut self, state: &State, p: &LevellingParameters) -> f64 {
+        let u = state.leaky_velocity;
+        let now = 0.5 * (u.x * u.x + u.y * u.y);
+        let share = p.interval_s / (p.interval_s + p.memory_s);
+        self.speed_square += share * (now - self.speed_square);
+        (p.sigma_m_s * p.sigma_m_s).max(p.liveliness * self.speed_square)
+    }
+}
+
+impl Default for Levelling {
+    fn default() -> Self {
+        Self::new()
+    }
 }

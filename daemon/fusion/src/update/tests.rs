@@ -152,7 +152,7 @@ fn levelling_turns_a_tilted_camera_upright() {
             crate::predict::advance(&mut state, &mut pending, &still, &noise);
             crate::predict::follow(&mut state, &mut pending, &noise);
             if step % 40 == 39 {
-                levelling::update(&mut state, &p.levelling);
+                levelling::Levelling::new().update(&mut state, &p.levelling);
             }
         }
         let tilt = truth.error_from(&state)[ORIENTATION.0];
@@ -168,7 +168,7 @@ fn a_residual_beyond_the_gate_is_weakened_but_never_ignored() {
     let corrected_by = |leaky: f64| {
         let mut state = state;
         state.leaky_velocity = DVec3::X * leaky;
-        let outcome = levelling::update(&mut state, &p);
+        let outcome = levelling::Levelling::new().update(&mut state, &p);
         assert!(outcome.used && state.leaky_velocity.x > 0.0);
         leaky - state.leaky_velocity.x
     };
