@@ -74,10 +74,10 @@ fn given_a_clock_set_back_by_an_hour_then_the_lane_starts_anew_and_goes_on() {
 fn given_late_readings_shorter_than_a_reset_then_they_are_refused_and_nothing_else() {
     let mut core = Core::new(&settings());
     take_all(&mut core, rest(0, 3_000));
-    take_all(&mut core, rest(1_000, 900));
+    take_all(&mut core, rest(1_000, 400));
     take_all(&mut core, rest(3_000, 100));
-    take_all(&mut core, rest(1_000, 900));
-    assert_eq!((core.counts().out_of_order, core.counts().resets), (180, 0));
+    take_all(&mut core, rest(1_000, 400));
+    assert_eq!((core.counts().out_of_order, core.counts().resets), (80, 0));
     assert_eq!(core.phase(), Phase::Running);
 }
 
