@@ -3,9 +3,7 @@
 use std::time::Duration;
 
 use lodestone_config::Calibration;
-use lodestone_config::model::{
-    Camera, Config, HeadingMode as Mode, Noise, North, ValidityBounds, World,
-};
+use lodestone_config::model::{Camera, Config, HeadingMode as Mode, Noise, North, ValidityBounds};
 use lodestone_fusion::{
     FieldReference, GridParameters, HeadingMode, Parameters, SensorNoise, SensorSpan,
 };
@@ -58,6 +56,13 @@ impl LaneSettings {
     ) -> Result<Self, FieldError> {
         let lane = &config.lane;
         let step_rate_hz = lane.step_rate_hz.unwrap_or(nominal_rate_hz);
+        let earth = EarthField::of(&config.world);
+        let reference = earth.as_ref().ok().map(|field| FieldReference::of(field.world_ut));
+        let field_bearing_rad = match config.world.north {
+            // A magnetic north needs no model.
+            North::Magnetic => 0.0,
+            North::True => earth?.declination_rad,
+        };
         Ok(Self {
             camera_id: camera_id as u32,
             camera: camera.name.clone(),
@@ -68,13 +73,12 @@ impl LaneSettings {
                 ..GridParameters::at_rate(step_rate_hz)
             },
             estimator: Parameters {
+                field_bearing_rad,
                 lead_s: camera.imu_delay_s - 0.5 / nominal_rate_hz,
-                ..parameters_of(config, camera, calibration)?
+                ..parameters_of(config, camera, calibration)
             },
             validity: config.estimator.validity,
-            earth: EarthField::of(&config.world)
-                .ok()
-                .map(|field| FieldReference::of(field.world_ut)),
+            earth: reference,
             timing: Timing {
                 stale_after: Duration::from_secs_f64(lane.stale_after_s),
                 reset_after: SensorSpan::from_secs_f64(lane.reset_after_s),
@@ -91,19 +95,18 @@ fn parameters_of(
     config: &Config,
     camera: &Camera,
     calibration: Option<&Calibration>,
-) -> Result<Parameters, FieldError> {
+) -> Parameters {
     let defaults = Parameters::default();
     let left_by_calibration = calibration
         .and_then(|c| c.magnetometer.as_ref()?.heading_sigma_deg)
         .map_or(defaults.compass.systematic_sigma_rad, |deg| {
             deg.to_radians().max(LEAST_SYSTEMATIC_RAD)
         });
-    Ok(Parameters {
+    Parameters {
         compass: lodestone_fusion::CompassParameters {
             systematic_sigma_rad: left_by_calibration,
             ..defaults.compass
         },
-        field_bearing_rad: field_bearing_rad(&config.world)?,
         noise: noise_of(camera.noise.unwrap_or_else(|| camera.model.noise()), defaults.noise),
         heading: match config.estimator.heading {
             Mode::Continuous => HeadingMode::Continuous,
@@ -120,14 +123,6 @@ fn parameters_of(
             ..defaults.hard_iron
         },
         ..defaults
-    })
-}
-
-/// Where the horizontal field points, from the north that the world has.
-fn field_bearing_rad(world: &World) -> Result<f64, FieldError> {
-    match world.north {
-        North::Magnetic => Ok(0.0),
-        North::True => EarthField::of(world).map(|field| field.declination_rad),
     }
 }
 

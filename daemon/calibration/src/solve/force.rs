@@ -2,12 +2,9 @@
 //! sensor (eq:Accelerometer, at rest or with accelerations that come and go).
 
 use glam::{DMat3, DVec3};
-use nalgebra::SMatrix;
 
 use super::arrow::Residual;
-use super::parameters::{
-    ACCEL, DELAY, GLOBALS, GRAVITY, GYRO, GYRO_SLOPE, Globals, Knot, LOCALS, SCALE,
-};
+use super::parameters::{ACCEL, DELAY, GRAVITY, Globals, Knot};
 use super::turned::MeanVector;
 use crate::linear::{matrix, vector};
 
@@ -20,18 +17,11 @@ pub(crate) fn residual(
     warmer_k: f64,
 ) -> Residual<3> {
     let u = mean.u + mean.by_delay * globals.0[DELAY];
-    let mut local = SMatrix::<f64, 3, LOCALS>::zeros();
-    let mut global = SMatrix::<f64, 3, GLOBALS>::zeros();
-    let by_bias = matrix(mean.by_bias);
-    local.fixed_columns_mut::<3>(0).copy_from(&matrix(mean.by_rotation));
-    local.fixed_columns_mut::<3>(3).copy_from(&by_bias);
+    let value = u + globals.vector(ACCEL) - reading;
+    let mut residual = mean.residual(DMat3::IDENTITY, value, warmer_k);
+    let global = &mut residual.global;
     global.fixed_columns_mut::<3>(ACCEL).copy_from(&matrix(DMat3::IDENTITY));
     let up = mean.back * (knot.attitude.inverse() * DVec3::Z);
     global.set_column(GRAVITY, &vector(up));
-    global.fixed_columns_mut::<3>(GYRO).copy_from(&by_bias);
-    global.fixed_columns_mut::<3>(GYRO_SLOPE).copy_from(&(by_bias * warmer_k));
-    global.fixed_columns_mut::<3>(SCALE).copy_from(&matrix(mean.by_scale));
-    global.set_column(DELAY, &vector(mean.by_delay));
-    let value = vector(u + globals.vector(ACCEL) - reading);
-    Residual { value, local, global, weight: mean.count as f64 }
+    residual
 }

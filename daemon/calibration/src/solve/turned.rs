@@ -2,8 +2,12 @@
 
 use glam::{DMat3, DVec3};
 use lodestone_fusion::so3;
+use nalgebra::SMatrix;
 
+use super::arrow::Residual;
+use super::parameters::{DELAY, GLOBALS, GYRO, GYRO_SLOPE, LOCALS, SCALE};
 use super::segments::Turn;
+use crate::linear::{matrix, vector};
 
 /// Mean of `u = ΔRᵀ v` over readings, with its derivatives; `v` is the vector at the knot.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +38,23 @@ pub(crate) struct MeanVector {
     pub(crate) by_scale: DMat3,
     /// By the delay of the reading.
     pub(crate) by_delay: DVec3,
+}
+
+impl MeanVector {
+    /// A residual that sees the mean through a matrix, with the derivatives that every such residual
+    /// has: by the knot, and by the gyro's bias, slope, scale and delay.
+    pub(crate) fn residual(&self, through: DMat3, value: DVec3, warmer_k: f64) -> Residual<3> {
+        let mut local = SMatrix::<f64, 3, LOCALS>::zeros();
+        let mut global = SMatrix::<f64, 3, GLOBALS>::zeros();
+        let by_bias = matrix(through * self.by_bias);
+        local.fixed_columns_mut::<3>(0).copy_from(&matrix(through * self.by_rotation));
+        local.fixed_columns_mut::<3>(3).copy_from(&by_bias);
+        global.fixed_columns_mut::<3>(GYRO).copy_from(&by_bias);
+        global.fixed_columns_mut::<3>(GYRO_SLOPE).copy_from(&(by_bias * warmer_k));
+        global.fixed_columns_mut::<3>(SCALE).copy_from(&matrix(through * self.by_scale));
+        global.set_column(DELAY, &vector(through * self.by_delay));
+        Residual { value: vector(value), local, global, weight: self.count as f64 }
+    }
 }
 
 impl Turned {

@@ -208,7 +208,8 @@ impl Compass {
     /// Updates the heading with an average of readings.
     ///
     /// The variance of an innovation beyond the gate is raised until it sits on the gate. Beyond twice
-    /// the gate it is refused, but not for ever, which could lock a wrong heading in.
+    /// the gate, and from a disturbed field, it is refused, but not for ever, which could lock a wrong
+    /// heading in.
     pub(crate) fn update(
         &mut self,
         state: &mut State,
@@ -288,7 +289,7 @@ impl Compass {
         let nis = residual * residual / innovation_variance(state, row, *variance);
         let excess = nis / (p.gate_sigma * p.gate_sigma);
         let unused = Outcome { residual: *residual, nis, used: false };
-        let disturbed = self.expected.is_some_and(|e| e.doubt_ut(p.patience_s) > 0.0);
+        let disturbed = self.expected.is_some_and(|e| e.is_doubted(p.patience_s));
         match parameters.heading {
             HeadingMode::InitialOnly => unused,
             HeadingMode::Continuous => steer(state, row, *residual, *variance),

@@ -82,14 +82,15 @@ impl Expectation {
         }
     }
 
+    /// Whether the field is disturbed, and not for longer than patience lasts, s.
+    pub(super) fn is_doubted(&self, patience_s: f64) -> bool {
+        self.disturbed && self.disturbed_s < patience_s
+    }
+
     /// Size of a disturbance, µT, in which what turns the heading counts as well; 0 without one, and
     /// when it lasts longer than patience, s: then it may be the heading that is wrong.
     pub(super) fn doubt_ut(&self, patience_s: f64) -> f64 {
-        if self.disturbed && self.disturbed_s < patience_s {
-            libm::sqrt(self.excess_ut.length_squared())
-        } else {
-            0.0
-        }
+        if self.is_doubted(patience_s) { libm::sqrt(self.excess_ut.length_squared()) } else { 0.0 }
     }
 
     /// Gets used to another field, if it is the same wherever the camera turns.
