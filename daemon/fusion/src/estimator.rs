@@ -12,7 +12,7 @@ use crate::predict::{Pending, ProcessNoise, advance, follow};
 use crate::so3;
 use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
-use crate::update::Outcome;
+use crate::update::{Outcome, gradient};
 use crate::update::compass::CompassReport;
 
 /// Where a heading comes from.
@@ -136,6 +136,16 @@ impl Estimator {
         let turn_rad = advance(state, &mut self.pending, &step.increment, &self.noise);
         let settings = (&self.parameters, &self.noise);
         self.aids.step(state, &mut self.pending, (step, turn_rad), settings)
+    }
+
+    /// Takes a velocity in the world, m/s, that a rig's magnetometers tell, with its covariance; `false`
+    /// if it contradicts the state.
+    pub(crate) fn aid_by_gradient(&mut self, velocity: DVec3, covariance: DMat3) -> bool {
+        let Some(state) = &mut self.state else { return false };
+        follow(state, &mut self.pending, &self.noise);
+        let used = gradient::update(state, velocity, covariance);
+        state.covariance.restore();
+        used
     }
 
     /// Accounts for a stretch of time without samples, too long to bridge.

@@ -23,6 +23,7 @@ mod parameters;
 mod predict;
 mod quantity;
 mod rest;
+pub mod rig;
 mod sample;
 pub mod so3;
 mod state;

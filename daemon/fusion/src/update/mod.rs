@@ -1,6 +1,7 @@
 //! Measurement updates: one file each, its gate beside its residual and Jacobian.
 
 pub mod compass;
+pub mod gradient;
 pub mod levelling;
 pub mod standstill;
 

@@ -1,0 +1,6 @@
+//! A rig as its user sees it: walks past steel, failing members, disturbances, honesty.
+
+mod gradient;
+mod scene;
+mod steel;
+mod walk;
