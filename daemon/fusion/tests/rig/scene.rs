@@ -91,7 +91,7 @@ impl Settings {
     /// Three cameras half a metre apart, past steel that stands every two metres.
     pub(crate) fn indoors(seed: u64) -> Self {
         let walk = Walk::default();
-        let steel = along(&walk, seed, 2.0, 450.0, 1.5..2.5);
+        let steel = along(&walk, seed, 2.0, 300.0, 1.7..2.7);
         Self::with(walk, steel)
     }
 
@@ -116,7 +116,7 @@ pub(crate) fn along(
 ) -> Vec<Dipole> {
     let mut random = Normal::seeded(seed ^ 0x57ee1);
     let mut steel: Vec<Dipole> = Vec::new();
-    let mut way = 0.0;
+    let mut way = 3.0;
     while way < 80.0 {
         let ahead = (walk.path(way + 1e-3) - walk.path(way)).normalize();
         let side = DVec3::Z.cross(ahead);

@@ -17,7 +17,7 @@ use glam::{DMat3, DVec3};
 
 use super::super::geometry::MAX_MEMBERS;
 use super::super::harmonic::{
-    self, COEFFICIENTS, CURVATURE, Coefficients, GRADIENT, GRADIENTS, slope, translation,
+    self, COEFFICIENTS, Coefficients, DEGREE, GRADIENT, GRADIENTS, MOVING, degree, slope, translation,
 };
 use super::GradientParameters;
 
@@ -52,8 +52,8 @@ pub(crate) struct FieldFilter {
     p: [Row; STATES],
 }
 
-/// What is known of the field before the first reading, 1σ, µT, µT/m, µT/m².
-const UNKNOWN_FIELD: [f64; 3] = [100.0, 50.0, 50.0];
+/// What is known of each coefficient before the first reading, 1σ, µT, µT/m, µT/m² and so on.
+const UNKNOWN_FIELD: f64 = 100.0;
 
 impl FieldFilter {
     /// A filter for so many magnetometers that knows neither field nor velocity.
@@ -64,7 +64,7 @@ impl FieldFilter {
         for k in 0..used {
             filter.p[k][k] = match k {
                 0..FIELD => square(p.unknown_speed_m_s),
-                FIELD..BIAS => square(UNKNOWN_FIELD[order_of(k - FIELD)]),
+                FIELD..BIAS => square(UNKNOWN_FIELD),
                 _ => square(p.residual_bias_ut),
             };
         }
@@ -89,7 +89,7 @@ impl FieldFilter {
 
     /// Gradient, µT/m in `N`.
     pub(crate) fn gradient(&self) -> DMat3 {
-        harmonic::gradient(&self.x[FIELD + GRADIENT..FIELD + CURVATURE])
+        harmonic::gradient(&self.x[FIELD + GRADIENT..FIELD + GRADIENT + GRADIENTS])
     }
 
     /// Expected square of the gradient's error, `E[δG δG]`, (µT/m)².
@@ -130,8 +130,7 @@ impl FieldFilter {
                 self.p[k][j] = 0.0;
                 self.p[j][k] = 0.0;
             }
-            let sigma = UNKNOWN_FIELD[order_of(k - FIELD)];
-            self.p[k][k] = sigma * sigma;
+            self.p[k][k] = UNKNOWN_FIELD * UNKNOWN_FIELD;
             self.x[k] = 0.0;
         }
     }
@@ -157,17 +156,17 @@ impl FieldFilter {
     fn spread(
         &mut self,
         f: &[Coefficients; COEFFICIENTS],
-        slope: &[[f64; 3]; CURVATURE],
+        slope: &[[f64; 3]; MOVING],
         span_s: f64,
     ) {
-        let mut weights = [[0.0; BIAS]; CURVATURE];
+        let mut weights = [[0.0; BIAS]; MOVING];
         for (k, row) in weights.iter_mut().enumerate() {
             for axis in 0..3 {
                 row[axis] = slope[k][axis] * span_s;
             }
             row[FIELD..].copy_from_slice(&f[k]);
         }
-        let mut rows = [[0.0; STATES]; CURVATURE];
+        let mut rows = [[0.0; STATES]; MOVING];
         for (row, weights) in rows.iter_mut().zip(&weights) {
             for (weight, from) in weights.iter().zip(&self.p).filter(|(w, _)| **w != 0.0) {
                 for j in 0..self.used {
@@ -175,7 +174,7 @@ impl FieldFilter {
                 }
             }
         }
-        self.p[FIELD..FIELD + CURVATURE].copy_from_slice(&rows);
+        self.p[FIELD..FIELD + MOVING].copy_from_slice(&rows);
         for j in 0..self.used {
             // The changed rows are still to be multiplied from the right, the others mirrored.
             let row: [f64; BIAS] = core::array::from_fn(|k| self.p[j][k]);
@@ -191,18 +190,27 @@ impl FieldFilter {
         let strength2 = self.field().length_squared();
         let turn = square(p.turn_error_rad) * moved.turn_rad;
         // What the polynomial leaves out over its reach, in proportion to what it cannot foresee.
-        let reach = p.reach_m;
-        let walks = [square(reach * reach * 0.5), square(reach), 1.0].map(|w| w * square(roughness) * way_m);
+        let top = square(roughness) + square(p.liveliness_per_m) * self.top_square();
+        let mut walks = [top * way_m; DEGREE + 1];
+        for k in (0..DEGREE).rev() {
+            walks[k] = walks[k + 1] * square(p.reach_m / (DEGREE - k) as f64);
+        }
         for k in 0..self.used {
             self.p[k][k] += match k {
                 0..FIELD => force,
-                FIELD..BIAS => {
-                    let order = order_of(k - FIELD);
-                    walks[order] + if order == 0 { strength2 * turn } else { 0.0 }
-                }
+                FIELD..BIAS => match degree(k - FIELD) {
+                    1 => walks[1] + strength2 * turn,
+                    higher => walks[higher],
+                },
                 _ => square(p.bias_walk_ut) * (moved.span_s + moved.turn_rad),
             };
         }
+    }
+
+    /// Mean square of the coefficients of the highest degree.
+    fn top_square(&self) -> f64 {
+        let top = &self.x[FIELD + MOVING..BIAS];
+        top.iter().map(|c| c * c).sum::<f64>() / top.len() as f64
     }
 
     /// Takes one reading of a magnetometer; gives its normalised innovation squared per component.
@@ -260,15 +268,6 @@ impl FieldFilter {
 
     fn vector(&self, at: usize) -> DVec3 {
         DVec3::new(self.x[at], self.x[at + 1], self.x[at + 2])
-    }
-}
-
-/// Order of a coefficient: 0 for the field, 1 for the gradient, 2 for the curvature.
-const fn order_of(coefficient: usize) -> usize {
-    match coefficient {
-        0..GRADIENT => 0,
-        GRADIENT..CURVATURE => 1,
-        _ => 2,
     }
 }
 

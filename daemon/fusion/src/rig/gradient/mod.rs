@@ -31,6 +31,8 @@ pub struct GradientParameters {
     pub bias_walk_ut: f64,
     /// How far the field's curvature walks in a metre at least, 1σ, µT/m². Default 3.
     pub roughness_ut_m2: f64,
+    /// The same for each unit of what it is, 1/√m. Default 2.
+    pub liveliness_per_m: f64,
     /// Distance over which the polynomial is used, m. Default 0.3.
     pub reach_m: f64,
     /// Unforeseen change of velocity, 1σ after one second, m/s: accelerometer noise, tilt. Default 0.03.
@@ -60,6 +62,7 @@ impl Default for GradientParameters {
             residual_bias_ut: 0.2,
             bias_walk_ut: 0.01,
             roughness_ut_m2: 10.0,
+            liveliness_per_m: 2.0,
             reach_m: 0.3,
             acceleration_density: 0.03,
             turn_error_rad: 2.0e-3,
