@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use crate::aids::Aids;
 use crate::alignment::{Alignment, Waiting};
-use crate::covariance::{ORIENTATION, POSITION, VELOCITY};
+use crate::covariance::{DEVIATION, ORIENTATION, POSITION, VELOCITY};
 use crate::frame::{Body, Rotation, World};
 use crate::grid::{Increment, Step};
 use crate::parameters::Parameters;
@@ -146,6 +146,22 @@ impl Estimator {
         let used = gradient::update(state, velocity, covariance);
         state.covariance.restore();
         used
+    }
+
+    /// The field that gave the heading may be off by so much, 1σ, µT: heading and deviation are that
+    /// much less known, and err by the same.
+    pub(crate) fn doubt_heading(&mut self, field_ut: f64) {
+        let Some(horizontal_ut) = self.aids.compass.reference().map(|r| r.horizontal_ut()) else {
+            return;
+        };
+        let Some(state) = &mut self.state else { return };
+        let angle = (field_ut / horizontal_ut.max(1.0)).min(core::f64::consts::FRAC_PI_2);
+        let (heading, variance) = (ORIENTATION.0 + 2, angle * angle);
+        let between = state.covariance.block(ORIENTATION, ORIENTATION).z_axis.z;
+        state.covariance.set(heading, heading, between + variance);
+        state.covariance.add_variance(DEVIATION, variance);
+        let between = state.covariance.covariance(heading, DEVIATION) - variance;
+        state.covariance.set(heading, DEVIATION, between);
     }
 
     /// Accounts for a stretch of time without samples, too long to bridge.

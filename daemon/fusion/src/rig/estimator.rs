@@ -41,7 +41,14 @@ pub struct RigEstimator {
     virtual_imu: VirtualImu,
     estimator: Estimator,
     gradient: Option<GradientAid>,
+    /// The field is bent by steel.
+    bent: bool,
 }
+
+/// Error of the gradient from which it is not known, µT/m.
+const UNKNOWN_UT_M: f64 = 10.0;
+/// Usual distance of steel that bends the field, m: a dipole's field is a third of its gradient there.
+const STEEL_M: f64 = 2.0;
 
 impl RigEstimator {
     /// A rig that waits for its alignment.
@@ -56,6 +63,7 @@ impl RigEstimator {
             virtual_imu: VirtualImu::new(),
             estimator: Estimator::new(estimator),
             gradient: parameters.gradient.map(|p| GradientAid::new(&geometry, p)),
+            bent: false,
         }
     }
 
@@ -74,11 +82,12 @@ impl RigEstimator {
         let step = self.estimator.step(&Step {
             time,
             increment,
-            mag: mean(&readings).map(Mag::new),
+            mag: mean(&readings).filter(|_| !self.is_held()).map(Mag::new),
             bridged: steps.iter().flatten().any(|s| s.bridged),
             saturated: steps.iter().flatten().any(|s| s.saturated),
         });
         let gradient = self.by_gradient(&increment, &readings, step.at_rest);
+        self.watch_field(step.just_aligned);
         Some(RigReport { time, step, gradient })
     }
 
@@ -90,6 +99,22 @@ impl RigEstimator {
     /// The pose's filter.
     pub const fn estimator(&self) -> &Estimator {
         &self.estimator
+    }
+
+    /// Whether the compass is held: the field is bent, and the heading known without it.
+    fn is_held(&self) -> bool {
+        self.bent && self.estimator.state().is_some()
+    }
+
+    /// Follows whether the field is bent by steel, with hysteresis.
+    fn watch_field(&mut self, just_aligned: bool) {
+        let (Some(aid), Some(p)) = (&self.gradient, &self.parameters.gradient) else { return };
+        let Some((size, sigma)) = aid.gradient_now() else { return };
+        let limit = p.bent_ut_m.max(2.0 * sigma);
+        self.bent = sigma < UNKNOWN_UT_M && size > if self.bent { 0.7 * limit } else { limit };
+        if just_aligned && size > limit {
+            self.estimator.doubt_heading(size * STEEL_M / 3.0);
+        }
     }
 
     fn readings(&self, steps: &[Option<Step>; MAX_MEMBERS]) -> Readings {

@@ -17,7 +17,7 @@
 use glam::{DMat3, DVec3};
 
 /// Degree of the potential: one more than the order of the field.
-pub(crate) const DEGREE: usize = 4;
+pub(crate) const DEGREE: usize = 3;
 /// Free numbers of the polynomial; the potential's value does not count.
 pub(crate) const COEFFICIENTS: usize = DEGREE * (DEGREE + 2);
 /// Index of the first number of the gradient, and how many there are.

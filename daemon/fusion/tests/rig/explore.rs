@@ -13,26 +13,31 @@ fn with(s: Settings, f: impl Fn(&mut lodestone_fusion::rig::GradientParameters))
 
 #[test]
 fn far() {
+    let go = |what: &str, f: &dyn Fn(&mut lodestone_fusion::rig::GradientParameters)| summarise(what, |s| with(Settings::indoors(s), |p| f(p)), 3);
 
-    for rough in [3.0, 10.0, 30.0] {
-      for live in [0.0, 0.3, 1.0] {
-      for reach in [0.0, 0.1] {
-        summarise(&format!("indoors {rough} {live} {reach}"), |s| with(Settings::indoors(s), |p| { p.roughness_ut_m2 = rough; p.reach_m = reach; p.liveliness_per_m = live; }), 2);
-      }
-      }
-    }
+
+
+    go("base", &|_| {});
+    go("bent 1", &|p| p.bent_ut_m = 1.0);
+    go("bent 4", &|p| p.bent_ut_m = 4.0);
+    go("bent 1000", &|p| p.bent_ut_m = 1000.0);
+    let far = |s, d: f64| { let w = Walk::default(); let steel = crate::scene::along(&w, s, 2.0*d/2.2, 300.0*(d/2.2f64).powi(4), 0.8*d..1.2*d); Settings::with(w, steel) };
+    summarise("dist 1.7", |s| far(s, 1.7), 3);
+    summarise("dist 3", |s| far(s, 3.0), 3);
+    summarise("dist 4", |s| far(s, 4.0), 3);
 }
 
 #[test]
 fn trace() {
     let mut s = Settings::indoors(0);
-    let n = &mut s.parameters.estimator.noise;
-    n.gyro_density *= 0.01; n.gyro_scale_walk *= 0.01; n.gyro_bias_sigma *= 0.01; n.accel_bias_sigma *= 0.01; n.accel_density *= 0.01;
+    s.parameters.estimator.noise.mag_sigma_ut = 0.05;
+    s.parameters.gradient.as_mut().unwrap().mag_sigma_ut = 0.05;
     let mut scene = crate::scene::Scene::new(s, 0);
-    while scene.time_s() < 25.0 {
+    while scene.time_s() < 30.0 {
         let Some(r) = scene.step(|_, _| {}).and_then(|r| r.gradient) else { continue };
-        let v = scene.velocity();
+        let v = scene.orientation().conjugate() * scene.velocity();
         let e = scene.filter.estimate().unwrap();
-        println!("{:.2} {:?} win {:.2} truth {:.2} main {:.2} G {:.1}±{:.1} true {:.1} nis {:.2} dirs {} s {:.3}", scene.time_s(), r.verdict, r.velocity_m_s, v, e.velocity, r.gradient_ut_m, r.gradient_sigma_ut_m, crate::steel::gradient_norm(&scene.settings.steel, scene.position()), r.nis, r.directions, (r.covariance.x_axis.x.min(9.0)+ r.covariance.y_axis.y.min(9.0)).sqrt());
+        let q = e.orientation.inverse();
+        println!("{:.2} {:?} err {:.3} main {:.3} sig {:.3} G {:.1}±{:.1} true {:.1} nis {:.2} dirs {} att {:.4}", scene.time_s(), r.verdict, q.apply(r.velocity_m_s) - v, q.apply(e.velocity) -v, (e.velocity_covariance.x_axis.x).sqrt(), r.gradient_ut_m, r.gradient_sigma_ut_m, crate::steel::gradient_norm(&scene.settings.steel, scene.position()), r.nis, r.directions, lodestone_fusion::so3::log(scene.orientation() * e.orientation.quaternion().conjugate()));
     }
 }

@@ -11,6 +11,7 @@ pub(crate) struct Outcome {
     /// Error of the filter's velocity while the gate is open, m/s.
     pub(crate) velocity: Vec<f64>,
     pub(crate) world: Vec<f64>,
+    pub(crate) aligned: Vec<f64>,
     /// Error of the windows' own velocity, m/s, and its NEES per direction.
     pub(crate) window: Vec<f64>,
     pub(crate) window_nees: Vec<f64>,
@@ -33,15 +34,21 @@ pub(crate) fn walk(settings: Settings, seed: u64) -> Outcome {
     let mut scene = Scene::new(settings, seed);
     let mut outcome = Outcome::default();
     let start = scene.position();
-    let mut open = false;
+    let (mut open, mut turned_at_start) = (false, None);
     while scene.time_s() < 63.0 {
         let report = scene.step(|_, _| {});
+        if scene.time_s() > 2.9 && turned_at_start.is_none() {
+            let q = scene.filter.estimate().unwrap().orientation.quaternion();
+            turned_at_start = Some(q * scene.orientation().conjugate());
+        }
         let Some(gradient) = report.and_then(|r| r.gradient) else {
             if open && scene.filter.estimate().is_some() {
                 let estimate = scene.filter.estimate().unwrap();
                 let body = estimate.orientation.inverse().apply(estimate.velocity);
                 let truth = scene.orientation().conjugate() * scene.velocity();
                 outcome.velocity.push((body - truth).length());
+                let truth = turned_at_start.unwrap() * scene.velocity();
+                outcome.aligned.push((estimate.velocity - truth).length());
                 outcome.world.push((estimate.velocity - scene.velocity()).length());
             }
             continue;
@@ -89,6 +96,7 @@ pub(crate) fn summarise(what: &str, settings: impl Fn(u64) -> Settings, seeds: u
         all.velocity.extend(outcome.velocity);
         all.window.extend(outcome.window);
         all.world.extend(outcome.world);
+        all.aligned.extend(outcome.aligned);
         all.window_nees.extend(outcome.window_nees);
         all.nees.extend(outcome.nees);
         all.gradient.extend(outcome.gradient);
@@ -101,8 +109,8 @@ pub(crate) fn summarise(what: &str, settings: impl Fn(u64) -> Settings, seeds: u
         }
     }
     println!(
-        "{what}: v {:.3} world {:.3} window {:.3} wNEES {:.2} (med {:.2}) vNEES {:.2} G {:.1} nis {:.2}/{:.2} pos {:.2} without {:.2} ratio {:.1} {:?}",
-        median(&all.velocity), median(&all.world), median(&all.window), mean(&all.window_nees), median(&all.window_nees),
+        "{what}: v {:.3} world {:.3} aligned {:.3} window {:.3} wNEES {:.2} (med {:.2}) vNEES {:.2} G {:.1} nis {:.2}/{:.2} pos {:.2} without {:.2} ratio {:.1} {:?}",
+        median(&all.velocity), median(&all.world), median(&all.aligned), median(&all.window), mean(&all.window_nees), median(&all.window_nees),
         mean(&all.nees), median(&all.gradient), median(&all.nis), mean(&all.nis), median(&with), median(&without),
         median(&without) / median(&with), all.verdicts
     );

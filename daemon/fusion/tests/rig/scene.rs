@@ -57,6 +57,8 @@ pub(crate) struct Settings {
     pub(crate) steel: Vec<Dipole>,
     pub(crate) mountings: Vec<Mounting>,
     pub(crate) mag_bias_ut: f64,
+    /// Share of the believed scale and alignment errors that the gyroscopes have.
+    pub(crate) scale_share: f64,
     pub(crate) parameters: RigParameters,
 }
 
@@ -101,6 +103,7 @@ impl Settings {
             steel,
             mountings: polygon(3, 0.5),
             mag_bias_ut: 0.0,
+            scale_share: 0.0,
             parameters: RigParameters::default(),
         }
     }
@@ -205,8 +208,9 @@ impl Scene {
                 after.conjugate() * steel::field(&self.settings.steel, place)
             });
             let time = SensorTime::from_nanos(self.steps.cast_signed() * 2_500_000);
-            let noise = &self.settings.parameters.estimator;
-            steps[k] = Some(member.sense(time, angle, gained, mag, noise));
+            let mut noise = self.settings.parameters.estimator;
+            noise.noise.gyro_scale_walk *= self.settings.scale_share;
+            steps[k] = Some(member.sense(time, angle, gained, mag, &noise));
         }
         steps
     }

@@ -47,6 +47,8 @@ pub struct GradientParameters {
     pub max_sigma_m_s: f64,
     /// Largest mean normalised innovation squared of a window's readings. Default 1.6.
     pub max_nis: f64,
+    /// Gradient from which the field is not the earth's and tells no heading, µT/m. Default 2.
+    pub bent_ut_m: f64,
     /// Least breadth of the magnetometers' array, m. Default 0.05.
     pub min_breadth_m: f64,
     /// Variance of a window's velocity over what the filter says: biases and gradient errors outlive a
@@ -57,21 +59,22 @@ pub struct GradientParameters {
 impl Default for GradientParameters {
     fn default() -> Self {
         Self {
-            window_s: 0.5,
+            window_s: 1.0,
             mag_sigma_ut: 0.5,
             residual_bias_ut: 0.2,
             bias_walk_ut: 0.01,
-            roughness_ut_m2: 10.0,
-            liveliness_per_m: 2.0,
-            reach_m: 0.3,
+            roughness_ut_m2: 3.0,
+            liveliness_per_m: 1.0,
+            reach_m: 0.1,
             acceleration_density: 0.03,
             turn_error_rad: 2.0e-3,
             unknown_speed_m_s: 3.0,
             contrast: 4.0,
             max_sigma_m_s: 0.25,
             max_nis: 1.6,
+            bent_ut_m: 2.0,
             min_breadth_m: 0.05,
-            deweight: 3.0,
+            deweight: 1.5,
         }
     }
 }
@@ -208,6 +211,13 @@ impl GradientAid {
             self.filter = FieldFilter::new(geometry.count(), &self.p);
         }
         Some(report)
+    }
+
+    /// Size of the gradient now, µT/m, and of its error; unknown with too few magnetometers.
+    pub(crate) fn gradient_now(&self) -> Option<(f64, f64)> {
+        let trace = |m: DMat3| libm::sqrt(m.x_axis.x + m.y_axis.y + m.z_axis.z);
+        let g = self.filter.gradient();
+        self.enough.then(|| (trace(g * g), trace(self.filter.gradient_error_square())))
     }
 
     /// A stretch unseen: the rig is elsewhere.
