@@ -17,14 +17,12 @@ fn far() {
 
 
 
-    go("base", &|_| {});
-    go("bent 1", &|p| p.bent_ut_m = 1.0);
-    go("bent 4", &|p| p.bent_ut_m = 4.0);
-    go("bent 1000", &|p| p.bent_ut_m = 1000.0);
-    let far = |s, d: f64| { let w = Walk::default(); let steel = crate::scene::along(&w, s, 2.0*d/2.2, 300.0*(d/2.2f64).powi(4), 0.8*d..1.2*d); Settings::with(w, steel) };
-    summarise("dist 1.7", |s| far(s, 1.7), 3);
-    summarise("dist 3", |s| far(s, 3.0), 3);
-    summarise("dist 4", |s| far(s, 4.0), 3);
+
+
+    for real in [0.0, 7e-3, 14e-3] { for walk in [7e-3, 3.5e-3, 2e-3, 1e-3] {
+      let sc = |s| { let mut x = Settings::indoors(s); x.parameters.estimator.noise.gyro_scale_walk = walk; x.scale_error = real; x.parameters.gradient.as_mut().unwrap().deweight = 1.0; x.parameters.gradient.as_mut().unwrap().roughness_ut_m2 = 5.0; x };
+      summarise(&format!("scale {real} believed {walk}"), sc, 3);
+    }}
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Walks past steel: what the gradient is worth, and that it declines where it is worth nothing.
 
 use lodestone_fusion::rig::GradientVerdict;
+use lodestone_fusion::so3;
 
 use crate::scene::{Scene, Settings};
 use crate::steel;
@@ -16,6 +17,7 @@ pub(crate) struct Outcome {
     pub(crate) window: Vec<f64>,
     pub(crate) window_nees: Vec<f64>,
     pub(crate) nees: Vec<f64>,
+    pub(crate) tilt: Vec<f64>,
     /// Verdicts, and how often.
     pub(crate) verdicts: Vec<(GradientVerdict, usize)>,
     pub(crate) gradient: Vec<f64>,
@@ -72,6 +74,9 @@ pub(crate) fn walk(settings: Settings, seed: u64) -> Outcome {
                 outcome.window.push(error.length());
             }
             let error = estimate.velocity - truth;
+            let tilt = so3::log(scene.orientation() * estimate.orientation.quaternion().conjugate());
+            let p = estimate.orientation_covariance;
+            outcome.tilt.push(0.5 * (tilt.x.powi(2) / p.x_axis.x + tilt.y.powi(2) / p.y_axis.y));
             outcome.nees.push(error.dot(estimate.velocity_covariance.inverse() * error) / 3.0);
         }
     }
@@ -99,6 +104,7 @@ pub(crate) fn summarise(what: &str, settings: impl Fn(u64) -> Settings, seeds: u
         all.aligned.extend(outcome.aligned);
         all.window_nees.extend(outcome.window_nees);
         all.nees.extend(outcome.nees);
+        all.tilt.extend(outcome.tilt);
         all.gradient.extend(outcome.gradient);
         all.nis.extend(outcome.nis);
         for (v, n) in outcome.verdicts {
@@ -109,9 +115,9 @@ pub(crate) fn summarise(what: &str, settings: impl Fn(u64) -> Settings, seeds: u
         }
     }
     println!(
-        "{what}: v {:.3} world {:.3} aligned {:.3} window {:.3} wNEES {:.2} (med {:.2}) vNEES {:.2} G {:.1} nis {:.2}/{:.2} pos {:.2} without {:.2} ratio {:.1} {:?}",
+        "{what}: v {:.3} world {:.3} aligned {:.3} window {:.3} wNEES {:.2} (med {:.2}) vNEES {:.2} tilt {:.2} G {:.1} nis {:.2}/{:.2} pos {:.2} without {:.2} ratio {:.1} {:?}",
         median(&all.velocity), median(&all.world), median(&all.aligned), median(&all.window), mean(&all.window_nees), median(&all.window_nees),
-        mean(&all.nees), median(&all.gradient), median(&all.nis), mean(&all.nis), median(&with), median(&without),
+        mean(&all.nees), mean(&all.tilt), median(&all.gradient), median(&all.nis), mean(&all.nis), median(&with), median(&without),
         median(&without) / median(&with), all.verdicts
     );
 }

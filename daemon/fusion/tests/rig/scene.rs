@@ -1,6 +1,6 @@
 //! Cameras on a rig that walks past steel, and the filter that follows it.
 
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use lodestone_fusion::rig::{
     Geometry, MAX_MEMBERS, Mounting, RigEstimator, RigParameters, RigReport,
 };
@@ -33,6 +33,10 @@ impl Normal {
     pub(crate) fn vector(&mut self, sigma: f64) -> DVec3 {
         DVec3::new(self.number(), self.number(), self.number()) * sigma
     }
+
+    fn matrix(&mut self, sigma: f64) -> DMat3 {
+        DMat3::from_cols(self.vector(sigma), self.vector(sigma), self.vector(sigma))
+    }
 }
 
 /// One camera's errors.
@@ -40,6 +44,7 @@ impl Normal {
 pub(crate) struct Member {
     random: Normal,
     pub(crate) mounting: Mounting,
+    scale: DMat3,
     pub(crate) gyro_bias: DVec3,
     pub(crate) accel_bias: DVec3,
     /// What the calibration left, µT.
@@ -57,8 +62,8 @@ pub(crate) struct Settings {
     pub(crate) steel: Vec<Dipole>,
     pub(crate) mountings: Vec<Mounting>,
     pub(crate) mag_bias_ut: f64,
-    /// Share of the believed scale and alignment errors that the gyroscopes have.
-    pub(crate) scale_share: f64,
+    /// Scale and alignment errors of the gyroscopes, 1σ of each element of the matrix.
+    pub(crate) scale_error: f64,
     pub(crate) parameters: RigParameters,
 }
 
@@ -103,7 +108,7 @@ impl Settings {
             steel,
             mountings: polygon(3, 0.5),
             mag_bias_ut: 0.0,
-            scale_share: 0.0,
+            scale_error: 0.0,
             parameters: RigParameters::default(),
         }
     }
@@ -148,6 +153,7 @@ impl Scene {
             let mut random = Normal::seeded(seed * 100 + k as u64);
             Member {
                 mounting: *mounting,
+                scale: DMat3::IDENTITY + random.matrix(settings.scale_error),
                 gyro_bias: random.vector(noise.gyro_bias_sigma),
                 accel_bias: random.vector(noise.accel_bias_sigma),
                 mag_bias: random.vector(settings.mag_bias_ut),
@@ -208,8 +214,7 @@ impl Scene {
                 after.conjugate() * steel::field(&self.settings.steel, place)
             });
             let time = SensorTime::from_nanos(self.steps.cast_signed() * 2_500_000);
-            let mut noise = self.settings.parameters.estimator;
-            noise.noise.gyro_scale_walk *= self.settings.scale_share;
+            let noise = self.settings.parameters.estimator;
             steps[k] = Some(member.sense(time, angle, gained, mag, &noise));
         }
         steps
@@ -227,12 +232,11 @@ impl Member {
     ) -> Step {
         let n = p.noise;
         let to_body = self.mounting.rotation.inverse();
-        let turn_noise = self.random.vector(n.gyro_scale_walk * angle.length().sqrt());
         let angle_noise = self.random.vector(n.gyro_density * DT.sqrt());
         let velocity_noise = self.random.vector(n.accel_density * DT.sqrt());
         let increment = Increment {
             span_s: DT,
-            angle: to_body.apply(angle) + self.gyro_bias * DT + angle_noise + turn_noise,
+            angle: self.scale * to_body.apply(angle) + self.gyro_bias * DT + angle_noise,
             velocity: to_body.apply(gained) + self.accel_bias * DT + velocity_noise,
         };
         let mag = field.map(|field| {
