@@ -7,6 +7,7 @@ use super::gradient::{
     Carrier, GradientAid, GradientParameters, GradientReport, GradientVerdict, Readings,
 };
 use super::virtual_imu::{Inertial, VirtualImu};
+use crate::covariance::VELOCITY;
 use crate::estimator::{Estimate, Estimator, StepReport};
 use crate::grid::{Increment, Step};
 use crate::parameters::{Parameters, SensorNoise};
@@ -137,6 +138,7 @@ impl RigEstimator {
         let carrier = Carrier {
             orientation: state.orientation,
             velocity: state.velocity,
+            velocity_covariance: state.covariance.block(VELOCITY, VELOCITY),
             gyro_bias: state.gyro_bias,
             accel_bias: state.accel_bias,
             gravity: self.parameters.estimator.gravity_m_s2,
@@ -153,6 +155,11 @@ impl RigEstimator {
     }
 }
 
+/// What turning adds to the error of a rig's mean, as a share of what it adds to a hand-held
+/// camera's. That figure stands for turns of radians; a rig sways to and fro, where errors of scale and
+/// alignment cancel.
+const RIG_SCALE_SHARE: f64 = 0.5;
+
 /// Noise of the mean of several sensors: independent parts shrink by the root of their number.
 fn of_many(one: SensorNoise, count: usize) -> SensorNoise {
     let share = libm::sqrt(count as f64).recip();
@@ -160,7 +167,7 @@ fn of_many(one: SensorNoise, count: usize) -> SensorNoise {
         gyro_density: one.gyro_density * share,
         gyro_bias_walk: one.gyro_bias_walk * share,
         gyro_bias_sigma: one.gyro_bias_sigma * share,
-        gyro_scale_walk: one.gyro_scale_walk * share,
+        gyro_scale_walk: one.gyro_scale_walk * share * RIG_SCALE_SHARE,
         accel_density: one.accel_density * share,
         accel_bias_walk: one.accel_bias_walk * share,
         accel_bias_sigma: one.accel_bias_sigma * share,

@@ -52,6 +52,8 @@ pub(crate) struct FieldFilter {
     p: [Row; STATES],
 }
 
+/// A velocity that is not known, 1σ, m/s.
+const UNKNOWN_SPEED_M_S: f64 = 3.0;
 /// What is known of each coefficient before the first reading, 1σ, µT, µT/m, µT/m² and so on.
 const UNKNOWN_FIELD: f64 = 100.0;
 
@@ -63,7 +65,7 @@ impl FieldFilter {
         let square = |x: f64| x * x;
         for k in 0..used {
             filter.p[k][k] = match k {
-                0..FIELD => square(p.unknown_speed_m_s),
+                0..FIELD => square(UNKNOWN_SPEED_M_S),
                 FIELD..BIAS => square(UNKNOWN_FIELD),
                 _ => square(p.residual_bias_ut),
             };
@@ -111,15 +113,20 @@ impl FieldFilter {
         (self.vector(at), variances)
     }
 
-    /// Forgets the velocity: what the field says from now on is news.
-    pub(crate) fn forget_velocity(&mut self, velocity: DVec3, sigma_m_s: f64) {
+    /// Begins anew with a velocity, m/s in `N`, and its covariance, (m/s)²; what the field knew of the
+    /// velocity is forgotten.
+    pub(crate) fn restart_velocity(&mut self, velocity: DVec3, covariance: DMat3) {
         for k in 0..3 {
             for j in 0..self.used {
                 self.p[k][j] = 0.0;
                 self.p[j][k] = 0.0;
             }
-            self.p[k][k] = sigma_m_s * sigma_m_s;
             self.x[k] = velocity[k];
+        }
+        for k in 0..3 {
+            for j in 0..3 {
+                self.p[k][j] = covariance.col(j)[k];
+            }
         }
     }
 

@@ -39,8 +39,9 @@ pub struct GradientParameters {
     pub acceleration_density: f64,
     /// Error of a turn, 1σ after one radian, rad. Default 2e-3.
     pub turn_error_rad: f64,
-    /// A velocity that is not known, 1σ, m/s. Default 3.
-    pub unknown_speed_m_s: f64,
+    /// Factor on the pose filter's velocity sigma, and floor, m/s, of what a window starts from.
+    pub prior_factor: f64,
+    pub prior_sigma_m_s: f64,
     /// How many times its own noise the gradient must be in a direction that counts. Default 4.
     pub contrast: f64,
     /// Largest standard deviation of the velocity in a direction that counts, m/s. Default 0.25.
@@ -63,18 +64,19 @@ impl Default for GradientParameters {
             mag_sigma_ut: 0.5,
             residual_bias_ut: 0.2,
             bias_walk_ut: 0.01,
-            roughness_ut_m2: 3.0,
+            roughness_ut_m2: 5.0,
             liveliness_per_m: 1.0,
             reach_m: 0.1,
             acceleration_density: 0.03,
             turn_error_rad: 2.0e-3,
-            unknown_speed_m_s: 3.0,
+            prior_factor: 2.5,
+            prior_sigma_m_s: 0.2,
             contrast: 4.0,
             max_sigma_m_s: 0.25,
             max_nis: 1.6,
             bent_ut_m: 2.0,
             min_breadth_m: 0.05,
-            deweight: 1.5,
+            deweight: 1.2,
         }
     }
 }
@@ -127,6 +129,8 @@ pub(crate) struct Carrier {
     pub(crate) orientation: DQuat,
     /// m/s in the world.
     pub(crate) velocity: DVec3,
+    /// (m/s)².
+    pub(crate) velocity_covariance: DMat3,
     /// Rate bias, rad/s, and force bias, m/s².
     pub(crate) gyro_bias: DVec3,
     pub(crate) accel_bias: DVec3,
@@ -147,8 +151,9 @@ struct Window {
     signal: DMat3,
     noise: DMat3,
     epochs: f64,
-    /// Field at its begin, µT in `N`.
-    field: DVec3,
+    /// Velocity as the window's own readings do not know it, m/s in `N`, and its covariance.
+    velocity: DVec3,
+    prior: DMat3,
     /// `N` to world.
     to_world: DQuat,
 }
@@ -196,7 +201,7 @@ impl GradientAid {
             return None;
         }
         let mut window = self.window.unwrap_or_else(|| self.open(carrier));
-        self.carry(increment, carrier, &window);
+        self.carry(increment, carrier, &mut window);
         window.span_s += increment.span_s;
         if readings.iter().any(Option::is_some) {
             self.read(readings, geometry, &mut window);
@@ -230,22 +235,28 @@ impl GradientAid {
     fn open(&mut self, carrier: &Carrier) -> Window {
         let to_world = so3::renormalise(carrier.orientation * self.carried.conjugate());
         self.flush();
-        let velocity = to_world.conjugate() * carrier.velocity;
-        self.filter.forget_velocity(velocity, self.p.unknown_speed_m_s);
+        let from_world = DMat3::from_quat(to_world.conjugate());
+        let velocity = from_world * carrier.velocity;
+        let known = from_world * carrier.velocity_covariance * from_world.transpose();
+        let floor = self.p.prior_sigma_m_s * self.p.prior_sigma_m_s;
+        let prior = known * (self.p.prior_factor * self.p.prior_factor)
+            + DMat3::from_diagonal(DVec3::splat(floor));
+        self.filter.restart_velocity(velocity, prior);
         Window {
+            velocity,
+            prior,
             span_s: 0.0,
             nis: 0.0,
             readings: 0.0,
             signal: DMat3::ZERO,
             noise: DMat3::ZERO,
             epochs: 0.0,
-            field: self.filter.field(),
             to_world,
         }
     }
 
     /// Strapdown in `N`, summed up until there is a reading.
-    fn carry(&mut self, increment: &Increment, carrier: &Carrier, window: &Window) {
+    fn carry(&mut self, increment: &Increment, carrier: &Carrier, window: &mut Window) {
         let dt = increment.span_s;
         let angle = increment.angle - carrier.gyro_bias * dt;
         let gained = increment.velocity - carrier.accel_bias * dt;
@@ -253,6 +264,7 @@ impl GradientAid {
         let gain = self.carried * (gained + 0.5 * angle.cross(gained)) + gravity * dt;
         self.pending.way += (self.pending.gain + 0.5 * gain) * dt;
         self.pending.gain += gain;
+        window.velocity += gain;
         self.pending.span_s += dt;
         self.pending.turn_rad += libm::sqrt(angle.length_squared());
         self.carried = so3::renormalise(self.carried * so3::exp(angle));
@@ -296,13 +308,15 @@ impl GradientAid {
 
     /// The hard gate; fills in the velocity where it gets so far.
     fn judge(&self, window: &Window, report: &mut GradientReport) -> GradientVerdict {
-        let covariance = self.filter.velocity_covariance() * self.p.deweight;
+        let Some((velocity, covariance)) = self.news(window) else {
+            return GradientVerdict::Uniform;
+        };
+        let covariance = covariance * self.p.deweight;
         let told = self.told(window, covariance);
         report.directions = told.iter().flatten().count() as u8;
         if report.directions == 0 {
             return GradientVerdict::Uniform;
         }
-        let velocity = self.filter.velocity();
         let to_world = DMat3::from_quat(window.to_world);
         report.velocity_m_s = to_world * velocity;
         report.covariance = to_world * within(told, covariance) * to_world.transpose();
@@ -317,6 +331,19 @@ impl GradientAid {
             return GradientVerdict::Still;
         }
         GradientVerdict::Open
+    }
+
+    /// What the window's readings alone say: the filter's answer with what it started from taken off
+    /// again (the tracklet, or equivalent measurement, of track fusion).
+    fn news(&self, window: &Window) -> Option<(DVec3, DMat3)> {
+        let q = self.p.acceleration_density * self.p.acceleration_density * window.span_s;
+        let before = (window.prior + DMat3::from_diagonal(DVec3::splat(q))).inverse();
+        let after = self.filter.velocity_covariance().inverse();
+        let floor = DMat3::from_diagonal(DVec3::splat(UNTOLD.recip()));
+        let covariance = (after - before + floor).inverse();
+        let weighted = after * self.filter.velocity() - before * window.velocity;
+        let velocity = covariance * weighted;
+        (velocity.is_finite() && eigen(covariance).values.z > 0.0).then_some((velocity, covariance))
     }
 
     /// The directions in which the gradient stands above its own noise and tells the velocity.
