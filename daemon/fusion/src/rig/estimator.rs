@@ -1,12 +1,12 @@
 //! The rig's estimator: its members' steps in, one pose out.
 
-use glam::DVec3;
-
 use super::geometry::{Geometry, MAX_MEMBERS};
 use super::gradient::{
     Carrier, GradientAid, GradientParameters, GradientReport, GradientVerdict, Readings,
 };
+use super::magnetism::{Magnetism, MagnetismParameters};
 use super::virtual_imu::{Inertial, VirtualImu};
+use super::voting::{Exclusion, Given, Voting, VotingParameters};
 use crate::covariance::VELOCITY;
 use crate::estimator::{Estimate, Estimator, StepReport};
 use crate::grid::{Increment, Step};
@@ -19,8 +19,21 @@ use crate::time::{SensorSpan, SensorTime};
 pub struct RigParameters {
     /// Of the pose's filter; its noise is one member's.
     pub estimator: Parameters,
+    /// Of the vote between members.
+    pub voting: VotingParameters,
+    /// Of the comparison between magnetometers.
+    pub magnetism: MagnetismParameters,
     /// Of the velocity by gradient; none if it is switched off.
     pub gradient: Option<GradientParameters>,
+}
+
+/// How a member stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MemberStatus {
+    /// Why its inertial sensors do not count; nothing if they do.
+    pub exclusion: Option<Exclusion>,
+    /// Its magnetometer is disturbed and the others' are not.
+    pub magnetometer_alone: bool,
 }
 
 /// What one step did.
@@ -30,8 +43,18 @@ pub struct RigReport {
     pub time: SensorTime,
     /// What the pose's filter did.
     pub step: StepReport,
+    /// Every member's standing.
+    pub members: [MemberStatus; MAX_MEMBERS],
+    /// Two members disagree, and neither is known to be wrong.
+    pub torn: bool,
+    /// The field is bent by steel that the whole rig sees: the compass is held.
+    pub field_bent: bool,
     /// A window of the gradient that ended here.
     pub gradient: Option<GradientReport>,
+    /// The step rests on interpolation over lost samples.
+    pub bridged: bool,
+    /// A sensor that counts was at the end of its range.
+    pub saturated: bool,
 }
 
 /// The rig's state; a copy of it saves and restores it.
@@ -40,10 +63,14 @@ pub struct RigEstimator {
     geometry: Geometry,
     parameters: RigParameters,
     virtual_imu: VirtualImu,
+    voting: Voting,
+    magnetism: Magnetism,
     estimator: Estimator,
     gradient: Option<GradientAid>,
     /// The field is bent by steel.
     bent: bool,
+    /// Each member's raw increment in the step before.
+    last: [Increment; MAX_MEMBERS],
 }
 
 /// Error of the gradient from which it is not known, µT/m.
@@ -62,34 +89,91 @@ impl RigEstimator {
             geometry,
             parameters,
             virtual_imu: VirtualImu::new(),
+            voting: Voting::new(geometry.count(), parameters.voting),
+            magnetism: Magnetism::new(parameters.magnetism),
             estimator: Estimator::new(estimator),
             gradient: parameters.gradient.map(|p| GradientAid::new(&geometry, p)),
             bent: false,
+            last: [Increment::ZERO; MAX_MEMBERS],
         }
     }
 
-    /// Advances by one step of the members' common grid; nothing if no member has one.
+    /// Advances by one step of the members' common grid; nothing if no member has one that can be used.
     pub fn step(&mut self, steps: &[Option<Step>; MAX_MEMBERS]) -> Option<RigReport> {
         let first = steps.iter().flatten().next()?;
         let (time, span_s) = (first.time, first.increment.span_s);
+        let (increment, admitted) = self.vote(steps, span_s)?;
+        let readings = self.readings(steps);
+        let angle = increment.angle;
+        let field = self.magnetism.step(&readings, angle, span_s, &self.geometry);
+        let counting = || steps.iter().zip(admitted).filter(|(_, a)| *a).filter_map(|(s, _)| *s);
+        let (bridged, saturated) =
+            (counting().any(|s| s.bridged), counting().any(|s| s.saturated));
+        let mag = field.filter(|_| !self.is_held()).map(Mag::new);
+        let step = self.estimator.step(&Step { time, increment, mag, bridged, saturated });
+        let gradient = self.by_gradient(&increment, &readings, step.at_rest);
+        self.watch_field(step.just_aligned);
+        let (torn, field_bent) = (self.voting.torn, self.bent);
+        let members = core::array::from_fn(|k| self.status(k));
+        Some(RigReport { time, step, members, torn, field_bent, gradient, bridged, saturated })
+    }
+
+    /// Accounts for a stretch of time without any step, too long to bridge.
+    pub fn cross_gap(&mut self, span: SensorSpan) {
+        self.estimator.cross_gap(span);
+        if let Some(aid) = &mut self.gradient {
+            aid.cross_gap();
+        }
+    }
+
+    /// How a member stands.
+    pub const fn status(&self, member: usize) -> MemberStatus {
+        MemberStatus {
+            exclusion: self.voting.exclusion(member),
+            magnetometer_alone: self.magnetism.is_alone(member),
+        }
+    }
+
+    /// The virtual IMU's increment, and who counted in it.
+    fn vote(
+        &mut self,
+        steps: &[Option<Step>; MAX_MEMBERS],
+        span_s: f64,
+    ) -> Option<(Increment, [bool; MAX_MEMBERS])> {
         let mut members = [None; MAX_MEMBERS];
         for (k, step) in steps.iter().enumerate().take(self.geometry.count()) {
             members[k] = step.as_ref().and_then(|s| Inertial::of(s, &self.geometry, k));
         }
-        let admitted = members.map(|m| m.is_some());
+        self.note_repeats(steps);
+        let centred = self.virtual_imu.centred(&members, &self.geometry);
+        let given = core::array::from_fn(|k| Given {
+            centred: centred[k],
+            present: steps[k].is_some(),
+            saturated: steps[k].is_some_and(|s| s.saturated),
+            known: self.virtual_imu.knows(k),
+        });
+        let mut admitted = self.voting.hold(&given, span_s);
+        if !admitted.contains(&true) {
+            self.voting.pardon();
+            admitted = centred.map(|c| c.is_some());
+        }
         let increment = self.virtual_imu.fuse(&members, &admitted, &self.geometry, span_s)?;
         self.virtual_imu.learn(&members, &admitted, &self.geometry, &increment);
-        let readings = self.readings(steps);
-        let step = self.estimator.step(&Step {
-            time,
-            increment,
-            mag: mean(&readings).filter(|_| !self.is_held()).map(Mag::new),
-            bridged: steps.iter().flatten().any(|s| s.bridged),
-            saturated: steps.iter().flatten().any(|s| s.saturated),
+        Some((increment, admitted))
+    }
+
+    /// A sensor that works never gives the very same twice; rounding on the grid aside.
+    fn note_repeats(&mut self, steps: &[Option<Step>; MAX_MEMBERS]) {
+        const ROUNDING: f64 = 1e-12;
+        let repeats = core::array::from_fn(|k| {
+            steps[k].is_some_and(|step| {
+                let (now, last) = (step.increment, self.last[k]);
+                self.last[k] = now;
+                let change = (now.angle - last.angle).abs() + (now.velocity - last.velocity).abs();
+                change.max_element() < ROUNDING
+            })
         });
-        let gradient = self.by_gradient(&increment, &readings, step.at_rest);
-        self.watch_field(step.just_aligned);
-        Some(RigReport { time, step, gradient })
+        self.voting.note_repeats(&repeats);
     }
 
     /// Pose and motion of the filter point, once aligned.
@@ -118,10 +202,12 @@ impl RigEstimator {
         }
     }
 
+    /// Magnetometers of the members whose inertial sensors are in order.
     fn readings(&self, steps: &[Option<Step>; MAX_MEMBERS]) -> Readings {
         let mut readings = [None; MAX_MEMBERS];
         for (k, step) in steps.iter().enumerate().take(self.geometry.count()) {
-            let field = step.as_ref().and_then(|s| s.mag);
+            let field = step.as_ref().and_then(|s| s.mag).filter(|m| m.vector.is_finite());
+            let field = field.filter(|_| self.voting.exclusion(k).is_none());
             readings[k] = field.map(|m| self.geometry.mounting(k).rotation.apply(m.vector));
         }
         readings
@@ -143,7 +229,8 @@ impl RigEstimator {
             accel_bias: state.accel_bias,
             gravity: self.parameters.estimator.gravity_m_s2,
         };
-        let mut report = aid.step(increment, readings, &carrier, &self.geometry)?;
+        let together = core::array::from_fn(|k| readings[k].filter(|_| !self.magnetism.is_alone(k)));
+        let mut report = aid.step(increment, &together, &carrier, &self.geometry)?;
         if report.verdict == GradientVerdict::Open {
             if at_rest {
                 report.verdict = GradientVerdict::Still;
@@ -175,16 +262,13 @@ fn of_many(one: SensorNoise, count: usize) -> SensorNoise {
     }
 }
 
-fn mean(readings: &Readings) -> Option<DVec3> {
-    let (sum, count) = readings
-        .iter()
-        .flatten()
-        .fold((DVec3::ZERO, 0.0), |(sum, count), field| (sum + *field, count + 1.0));
-    (count > 0.0).then(|| sum / count)
-}
-
 impl Default for RigParameters {
     fn default() -> Self {
-        Self { estimator: Parameters::default(), gradient: Some(GradientParameters::default()) }
+        Self {
+            estimator: Parameters::default(),
+            voting: VotingParameters::default(),
+            magnetism: MagnetismParameters::default(),
+            gradient: Some(GradientParameters::default()),
+        }
     }
 }

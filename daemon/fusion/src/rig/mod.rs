@@ -5,15 +5,21 @@
 //!                      └───── magnetometers ─> gradient filter ─> velocity ──┘
 //! ```
 
+mod array;
 mod estimator;
 mod geometry;
 mod gradient;
 mod harmonic;
+mod magnetism;
 mod symmetric;
 mod virtual_imu;
+mod voting;
 
 pub(crate) use symmetric::eigen;
 
-pub use estimator::{RigEstimator, RigParameters, RigReport};
+pub use array::FieldFit;
+pub use estimator::{MemberStatus, RigEstimator, RigParameters, RigReport};
 pub use geometry::{Geometry, GeometryError, MAX_MEMBERS, Mounting};
 pub use gradient::{GradientParameters, GradientReport, GradientVerdict};
+pub use magnetism::MagnetismParameters;
+pub use voting::{Exclusion, VotingParameters};

@@ -39,6 +39,11 @@ impl Inertial {
 /// Time over which offsets between members are learnt, s: long against motion, short against the
 /// walk of biases.
 const OFFSET_S: f64 = 20.0;
+/// Time after which an offset is known, s.
+const KNOWN_S: f64 = 0.5;
+/// Largest offset that a member's biases explain, rad/s and m/s².
+const MOST_RATE_RAD_S: f64 = 0.05;
+const MOST_FORCE_M_S2: f64 = 0.6;
 /// Smoothing of the rate before its change counts as angular acceleration, s. Its lag moves no velocity
 /// for good: what it takes off is a difference of rates.
 const SMOOTH_S: f64 = 0.01;
@@ -68,8 +73,8 @@ impl VirtualImu {
         &self,
         members: &[Option<Inertial>; MAX_MEMBERS],
         geometry: &Geometry,
-        rate: DVec3,
     ) -> [Option<Inertial>; MAX_MEMBERS] {
+        let rate = self.smooth_rate.unwrap_or(DVec3::ZERO);
         let mut centred = [None; MAX_MEMBERS];
         for (k, member) in members.iter().enumerate() {
             centred[k] = member.map(|read| {
@@ -122,14 +127,17 @@ impl VirtualImu {
             let felt = lever_arm(rate, self.acceleration, geometry.imu_arm_m(k));
             let beside = Inertial { rate: read.rate - rate, force: read.force - felt - force };
             let share = span_s / self.learnt_s[k];
-            self.offsets[k] = self.offsets[k].plus(beside.plus(self.offsets[k], -1.0), share);
+            let offset = self.offsets[k].plus(beside.plus(self.offsets[k], -1.0), share);
+            self.offsets[k] = Inertial {
+                rate: offset.rate.clamp_length_max(MOST_RATE_RAD_S),
+                force: offset.force.clamp_length_max(MOST_FORCE_M_S2),
+            };
         }
     }
 
-    /// A member comes back with other biases than it left with: what it lately read beside the
-    /// others is its offset now.
-    pub(crate) fn readmit(&mut self, member: usize, beside: Inertial) {
-        self.offsets[member] = self.offsets[member].plus(beside, 1.0);
+    /// Whether a member's usual offset is known.
+    pub(crate) fn knows(&self, member: usize) -> bool {
+        self.learnt_s[member] >= KNOWN_S
     }
 
     fn accelerate(&mut self, rate: DVec3, span_s: f64) {

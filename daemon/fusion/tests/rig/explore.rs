@@ -21,7 +21,11 @@ fn far() {
 
 
 
+
     let _ = go;
+
+
+
     many();
 }
 

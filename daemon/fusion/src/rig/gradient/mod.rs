@@ -62,7 +62,7 @@ impl Default for GradientParameters {
         Self {
             window_s: 1.0,
             mag_sigma_ut: 0.5,
-            residual_bias_ut: 0.2,
+            residual_bias_ut: 0.7,
             bias_walk_ut: 0.01,
             roughness_ut_m2: 5.0,
             liveliness_per_m: 1.0,
@@ -151,6 +151,8 @@ struct Window {
     signal: DMat3,
     noise: DMat3,
     epochs: f64,
+    /// Who gave any.
+    members: [bool; MAX_MEMBERS],
     /// Velocity as the window's own readings do not know it, m/s in `N`, and its covariance.
     velocity: DVec3,
     prior: DMat3,
@@ -251,6 +253,7 @@ impl GradientAid {
             signal: DMat3::ZERO,
             noise: DMat3::ZERO,
             epochs: 0.0,
+            members: [false; MAX_MEMBERS],
             to_world,
         }
     }
@@ -285,6 +288,7 @@ impl GradientAid {
             let arm = geometry.magnetometer_arm_m(member);
             window.nis += self.filter.take((member, turned), arm, reading, self.p.mag_sigma_ut);
             window.readings += 1.0;
+            window.members[member] = true;
         }
         let g = self.filter.gradient();
         window.signal += g * g;
@@ -308,6 +312,9 @@ impl GradientAid {
 
     /// The hard gate; fills in the velocity where it gets so far.
     fn judge(&self, window: &Window, report: &mut GradientReport) -> GradientVerdict {
+        if window.members.iter().filter(|m| **m).count() < 3 {
+            return GradientVerdict::Array;
+        }
         let Some((velocity, covariance)) = self.news(window) else {
             return GradientVerdict::Uniform;
         };
