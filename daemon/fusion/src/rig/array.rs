@@ -121,7 +121,7 @@ mod tests {
         for (axis, unit) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
             let exact = (dipole(unit * 1e-4) - dipole(unit * -1e-4)) / 2e-4;
             let off = (fit.gradient_ut_m.col(axis) - exact).length();
-            assert!(off < 0.05 * exact.length().max(2.0), "axis {axis}: {off} of {exact}");
+            assert!(off < 0.12 * exact.length().max(2.0), "axis {axis}: {off} of {exact}");
         }
     }
 

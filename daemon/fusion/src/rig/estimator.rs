@@ -105,7 +105,8 @@ impl RigEstimator {
         let (increment, admitted) = self.vote(steps, span_s)?;
         let readings = self.readings(steps);
         let angle = increment.angle;
-        let field = self.magnetism.step(&readings, angle, span_s, &self.geometry);
+        let odd = self.gradient.as_ref().map_or([false; MAX_MEMBERS], GradientAid::odd);
+        let field = self.magnetism.step(&readings, &odd, (angle, span_s), &self.geometry);
         let counting = || steps.iter().zip(admitted).filter(|(_, a)| *a).filter_map(|(s, _)| *s);
         let (bridged, saturated) =
             (counting().any(|s| s.bridged), counting().any(|s| s.saturated));
@@ -151,8 +152,9 @@ impl RigEstimator {
             present: steps[k].is_some(),
             saturated: steps[k].is_some_and(|s| s.saturated),
             known: self.virtual_imu.knows(k),
+            arm_m: libm::sqrt(self.geometry.imu_arm_m(k).length_squared()),
         });
-        let mut admitted = self.voting.hold(&given, span_s);
+        let mut admitted = self.voting.hold(&given, self.virtual_imu.swing_rad_s2(), span_s);
         if !admitted.contains(&true) {
             self.voting.pardon();
             admitted = centred.map(|c| c.is_some());
@@ -229,7 +231,7 @@ impl RigEstimator {
             accel_bias: state.accel_bias,
             gravity: self.parameters.estimator.gravity_m_s2,
         };
-        let together = core::array::from_fn(|k| readings[k].filter(|_| !self.magnetism.is_alone(k)));
+        let together = core::array::from_fn(|k| readings[k].filter(|_| !self.magnetism.is_far(k)));
         let mut report = aid.step(increment, &together, &carrier, &self.geometry)?;
         if report.verdict == GradientVerdict::Open {
             if at_rest {

@@ -3,7 +3,8 @@
 //! A magnet beside one camera disturbs that camera; steel in a wall bends the field for all. So each
 //! magnetometer is compared with what the others say about its place: their field and gradient where
 //! they tell one, else their mean, give or take the gradient that steel makes. One that differs by more
-//! while the others agree is left out.
+//! while the others agree is left out. So is one whose reading is suddenly not what the gradient's
+//! filter foresaw, while the others' are: steel comes on as the rig moves, and for all.
 
 use glam::DVec3;
 
@@ -17,7 +18,7 @@ use crate::so3;
 pub struct MagnetismParameters {
     /// Difference from what the others say that is usual, µT: noise, calibration. Default 3.5.
     pub limit_ut: f64,
-    /// Gradient that steel may make, µT/m, where the others cannot tell it. Default 20.
+    /// Gradient that steel may make, µT/m, where the others cannot tell it. Default 40.
     pub steel_ut_m: f64,
     /// Time over which differences are averaged, s. Default 0.3.
     pub average_s: f64,
@@ -25,7 +26,7 @@ pub struct MagnetismParameters {
 
 impl Default for MagnetismParameters {
     fn default() -> Self {
-        Self { limit_ut: 3.5, steel_ut_m: 20.0, average_s: 0.3 }
+        Self { limit_ut: 3.5, steel_ut_m: 40.0, average_s: 0.3 }
     }
 }
 
@@ -47,6 +48,8 @@ pub(crate) struct Magnetism {
     /// Smoothed differences from what the others say, µT.
     beside: [DVec3; MAX_MEMBERS],
     alone: [bool; MAX_MEMBERS],
+    /// Told by the gradient's filter, which sees the field change over time.
+    odd: [bool; MAX_MEMBERS],
     waiting_s: f64,
 }
 
@@ -64,12 +67,18 @@ impl Magnetism {
             latest: [None; MAX_MEMBERS],
             beside: [DVec3::ZERO; MAX_MEMBERS],
             alone: [false; MAX_MEMBERS],
+            odd: [false; MAX_MEMBERS],
             waiting_s: 0.0,
         }
     }
 
     /// Whether a member's magnetometer is disturbed and the others' are not.
     pub(crate) const fn is_alone(&self, member: usize) -> bool {
+        self.alone[member] || self.odd[member]
+    }
+
+    /// Whether a member's magnetometer is far from the others', by itself.
+    pub(crate) const fn is_far(&self, member: usize) -> bool {
         self.alone[member]
     }
 
@@ -78,8 +87,8 @@ impl Magnetism {
     pub(crate) fn step(
         &mut self,
         readings: &Readings,
-        angle: DVec3,
-        span_s: f64,
+        odd: &[bool; MAX_MEMBERS],
+        (angle, span_s): (DVec3, f64),
         geometry: &Geometry,
     ) -> Option<DVec3> {
         let back = so3::exp(-angle);
@@ -93,6 +102,7 @@ impl Magnetism {
             *latest = latest.filter(|l| l.age_s < STALE_S);
         }
         self.compare(readings, geometry);
+        self.odd = *odd;
         self.mean(span_s)
     }
 
@@ -108,7 +118,7 @@ impl Magnetism {
             self.beside[member] += share * (own.field - others - self.beside[member]);
             let size = libm::sqrt(self.beside[member].length_squared());
             let limit = allowed_ut * if self.alone[member] { END } else { 1.0 };
-            let largest = (0..geometry.count()).filter(|&k| k != member && !self.alone[k]).all(|k| {
+            let largest = (0..geometry.count()).filter(|&k| k != member && !self.is_alone(k)).all(|k| {
                 self.beside[k].length_squared() < self.beside[member].length_squared()
             });
             self.alone[member] = size > limit && (self.alone[member] || largest);
@@ -117,7 +127,7 @@ impl Magnetism {
 
     /// What the others say about a member's place, µT, and how far it may differ.
     fn by_others(&self, member: usize, geometry: &Geometry) -> Option<(DVec3, f64)> {
-        let others = (0..geometry.count()).filter(|&k| k != member && !self.alone[k]).filter_map(|k| {
+        let others = (0..geometry.count()).filter(|&k| k != member && !self.is_alone(k)).filter_map(|k| {
             self.latest[k].map(|latest| (geometry.magnetometer_arm_m(k), latest.field))
         });
         let count = others.clone().count();
@@ -125,7 +135,8 @@ impl Magnetism {
             return None;
         }
         let place = geometry.magnetometer_arm_m(member);
-        if let Some(fit) = FieldFit::of(others.clone()) {
+        let fit = if count < 3 { None } else { FieldFit::of(others.clone()) };
+        if let Some(fit) = fit {
             let reach = libm::sqrt(place.length_squared());
             let noise = fit.gradient_noise_per_m * reach;
             return Some((fit.at(place), self.p.limit_ut * (1.0 + noise)));
@@ -138,8 +149,9 @@ impl Magnetism {
 
     fn mean(&mut self, span_s: f64) -> Option<DVec3> {
         let latest = self.latest;
+        let out: [bool; MAX_MEMBERS] = core::array::from_fn(|k| self.is_alone(k));
         let taken = || {
-            let all = latest.iter().enumerate().filter(|(k, _)| !self.alone[*k]);
+            let all = latest.iter().enumerate().filter(|(k, _)| !out[*k]);
             all.filter_map(|(_, latest)| *latest)
         };
         if !taken().any(|l| l.fresh) {

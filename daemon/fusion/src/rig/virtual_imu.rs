@@ -135,6 +135,11 @@ impl VirtualImu {
         }
     }
 
+    /// Size of the angular acceleration in the last step, rad/s².
+    pub(crate) fn swing_rad_s2(&self) -> f64 {
+        libm::sqrt(self.acceleration.length_squared())
+    }
+
     /// Whether a member's usual offset is known.
     pub(crate) fn knows(&self, member: usize) -> bool {
         self.learnt_s[member] >= KNOWN_S

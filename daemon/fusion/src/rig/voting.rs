@@ -82,6 +82,8 @@ pub(crate) struct Given {
     pub(crate) saturated: bool,
     /// Its usual offset is known by now.
     pub(crate) known: bool,
+    /// From the filter point to its IMU, m.
+    pub(crate) arm_m: f64,
 }
 
 /// What all members gave.
@@ -107,10 +109,15 @@ pub(crate) struct Voting {
     p: VotingParameters,
     candidates: [Candidate; MAX_MEMBERS],
     count: usize,
-    last_rate: DVec3,
+    /// Angular acceleration of late, rad/s².
+    swing_rad_s2: f64,
     pub(crate) torn: bool,
 }
 
+/// How long a swing is remembered, s: its lever-arm terms err most when it turns round.
+const SWING_S: f64 = 0.5;
+/// Share of a lever-arm term that its lateness spoils.
+const LATE: f64 = 0.25;
 /// How long a jump is remembered, s: until the average has seen it.
 const JOLT_S: f64 = 0.5;
 /// Repetitions after which one of two counts as stuck, and how many times the other's jump is telling.
@@ -130,17 +137,24 @@ impl Voting {
             return_s: p.return_s,
         };
         let candidates = [fresh; MAX_MEMBERS];
-        Self { p, candidates, count, last_rate: DVec3::ZERO, torn: false }
+        Self { p, candidates, count, swing_rad_s2: 0.0, torn: false }
     }
 
-    /// Holds the vote of one step; gives who counts in it.
-    pub(crate) fn hold(&mut self, given: &AllGiven, span_s: f64) -> [bool; MAX_MEMBERS] {
+    /// Holds the vote of one step, in which the rig's angular acceleration was `swing_rad_s2`; gives who
+    /// counts in it.
+    pub(crate) fn hold(
+        &mut self,
+        given: &AllGiven,
+        swing_rad_s2: f64,
+        span_s: f64,
+    ) -> [bool; MAX_MEMBERS] {
         for (candidate, given) in self.candidates.iter_mut().zip(given).take(self.count) {
             candidate.look(given, &self.p);
         }
         let consensus = self.consensus(given);
-        let usual = self.usual(&consensus, span_s);
+        let motion = self.motion(&consensus, swing_rad_s2, span_s);
         for (candidate, given) in self.candidates.iter_mut().zip(given).take(self.count) {
+            let usual = motion.usual(given.arm_m, &self.p);
             candidate.compare(given, &consensus, usual, span_s, &self.p);
         }
         self.judge(given, span_s);
@@ -181,18 +195,17 @@ impl Voting {
         Inertial { rate: read(|i| i.rate), force: read(|i| i.force) }
     }
 
-    /// The usual disagreement of rates, rad/s, and forces, m/s², in the present motion.
-    fn usual(&mut self, consensus: &Inertial, span_s: f64) -> (f64, f64) {
-        let p = &self.p;
+    /// What the rig does, as far as it makes sensors disagree.
+    fn motion(&mut self, consensus: &Inertial, swing_rad_s2: f64, span_s: f64) -> Motion {
         let length = |v: DVec3| libm::sqrt(v.length_squared());
         let turning = length(consensus.rate);
-        let swing = length(consensus.rate - self.last_rate) / span_s;
-        self.last_rate = consensus.rate;
-        let pushed = (length(consensus.force) - 9.81).abs();
-        // A step of misalignment in time shows as the change of the rate.
-        let rate = p.rate_rad_s + p.rate_share * turning + swing * span_s;
-        let lever = p.arm_error_m * (turning * turning + swing.min(100.0));
-        (rate, p.force_m_s2 + p.force_share * pushed + lever)
+        self.swing_rad_s2 = swing_rad_s2.max(self.swing_rad_s2 * (1.0 - span_s / SWING_S));
+        Motion {
+            turning,
+            pushed: (length(consensus.force) - 9.81).abs(),
+            swing: self.swing_rad_s2 + turning * turning,
+            span_s,
+        }
     }
 
     fn judge(&mut self, given: &AllGiven, span_s: f64) {
@@ -248,6 +261,29 @@ impl Voting {
             return;
         };
         self.candidates[out].exclude(why);
+    }
+}
+
+/// What the rig does.
+#[derive(Clone, Copy, Debug)]
+struct Motion {
+    /// rad/s.
+    turning: f64,
+    /// Force beyond gravity's size, m/s².
+    pushed: f64,
+    /// What makes the ends of a lever accelerate, rad/s².
+    swing: f64,
+    span_s: f64,
+}
+
+impl Motion {
+    /// The usual disagreement of rates, rad/s, and forces, m/s², of a member on an arm, m. Lever-arm terms
+    /// are as good as the survey, and late by the smoothing of the rate.
+    fn usual(&self, arm_m: f64, p: &VotingParameters) -> (f64, f64) {
+        let lever = (p.arm_error_m + LATE * arm_m) * self.swing;
+        // A step of misalignment in time shows as the change of the rate.
+        let rate = p.rate_rad_s + p.rate_share * self.turning + self.swing * self.span_s;
+        (rate, p.force_m_s2 + p.force_share * self.pushed + lever)
     }
 }
 

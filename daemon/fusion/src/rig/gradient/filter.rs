@@ -234,27 +234,61 @@ impl FieldFilter {
         let (seen, basis) = (turned * reading, harmonic::basis(turned * arm));
         let mut nis = 0.0;
         for axis in 0..3 {
-            let mut h = [0.0; STATES];
-            h[FIELD..BIAS].copy_from_slice(&basis[axis]);
-            for k in 0..3 {
-                h[BIAS + 3 * member + k] = turned.col(k)[axis];
-            }
+            let h = Self::row(&basis[axis], member, turned, axis);
             nis += self.update(&h, seen[axis], sigma_ut * sigma_ut) / 3.0;
         }
         nis
     }
 
-    fn update(&mut self, h: &Row, seen: f64, variance: f64) -> f64 {
-        let n = self.used;
+    /// How far a reading is from what the filter foresees, µT, and the 1σ of that.
+    pub(crate) fn surprise(
+        &self,
+        (member, turned): (usize, DMat3),
+        arm: DVec3,
+        reading: DVec3,
+        sigma_ut: f64,
+    ) -> (f64, f64) {
+        let (seen, basis) = (turned * reading, harmonic::basis(turned * arm));
+        let (mut off2, mut variance) = (0.0, 0.0);
+        for axis in 0..3 {
+            let h = Self::row(&basis[axis], member, turned, axis);
+            let ph = self.times(&h);
+            let innovation = seen[axis] - self.dot(&h, &self.x);
+            off2 += innovation * innovation;
+            variance += self.dot(&h, &ph) + sigma_ut * sigma_ut;
+        }
+        (libm::sqrt(off2), libm::sqrt(variance))
+    }
+
+    /// Row of the Jacobian of one component of a reading turned into `N`.
+    fn row(basis: &Coefficients, member: usize, turned: DMat3, axis: usize) -> Row {
+        let mut h = [0.0; STATES];
+        h[FIELD..BIAS].copy_from_slice(basis);
+        for k in 0..3 {
+            h[BIAS + 3 * member + k] = turned.col(k)[axis];
+        }
+        h
+    }
+
+    fn times(&self, h: &Row) -> Row {
         let mut ph = [0.0; STATES];
-        for (weight, row) in h[..n].iter().zip(&self.p).filter(|(w, _)| **w != 0.0) {
-            for k in 0..n {
+        for (weight, row) in h.iter().zip(&self.p).filter(|(w, _)| **w != 0.0) {
+            for k in 0..self.used {
                 ph[k] += weight * row[k];
             }
         }
-        let dot = |a: &Row, b: &Row| a[..n].iter().zip(&b[..n]).map(|(x, y)| x * y).sum::<f64>();
-        let innovation = seen - dot(h, &self.x);
-        let s = dot(h, &ph) + variance;
+        ph
+    }
+
+    fn dot(&self, a: &Row, b: &Row) -> f64 {
+        a[..self.used].iter().zip(&b[..self.used]).map(|(x, y)| x * y).sum()
+    }
+
+    fn update(&mut self, h: &Row, seen: f64, variance: f64) -> f64 {
+        let n = self.used;
+        let ph = self.times(h);
+        let innovation = seen - self.dot(h, &self.x);
+        let s = self.dot(h, &ph) + variance;
         let scale = libm::sqrt(s).recip();
         let scaled = ph.map(|x| x * scale);
         for i in 0..n {

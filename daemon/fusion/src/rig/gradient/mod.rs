@@ -48,6 +48,8 @@ pub struct GradientParameters {
     pub max_sigma_m_s: f64,
     /// Largest mean normalised innovation squared of a window's readings. Default 1.6.
     pub max_nis: f64,
+    /// Least difference of a reading from what was foreseen that is odd, µT. Default 4.
+    pub odd_ut: f64,
     /// Gradient from which the field is not the earth's and tells no heading, µT/m. Default 2.
     pub bent_ut_m: f64,
     /// Least breadth of the magnetometers' array, m. Default 0.05.
@@ -74,6 +76,7 @@ impl Default for GradientParameters {
             contrast: 4.0,
             max_sigma_m_s: 0.25,
             max_nis: 1.6,
+            odd_ut: 4.0,
             bent_ut_m: 2.0,
             min_breadth_m: 0.05,
             deweight: 1.2,
@@ -170,11 +173,16 @@ pub(crate) struct GradientAid {
     pending: Moved,
     window: Option<Window>,
     enough: bool,
+    odd: [bool; MAX_MEMBERS],
+    odd_s: [f64; MAX_MEMBERS],
 }
 
 const UNMOVED: Moved =
     Moved { span_s: 0.0, gain: DVec3::ZERO, way: DVec3::ZERO, turn_rad: 0.0 };
 
+/// A reading is odd so many sigma from what was foreseen, and alone after so many seconds of it.
+const ODD_SIGMAS: f64 = 3.5;
+const ODD_S: f64 = 0.2;
 /// Variance in directions that are not told, (m/s)².
 const UNTOLD: f64 = 1e6;
 
@@ -187,6 +195,8 @@ impl GradientAid {
             carried: DQuat::IDENTITY,
             pending: UNMOVED,
             window: None,
+            odd: [false; MAX_MEMBERS],
+            odd_s: [0.0; MAX_MEMBERS],
             enough: geometry.count() >= 3 && breadth >= p.min_breadth_m,
         }
     }
@@ -205,6 +215,10 @@ impl GradientAid {
         let mut window = self.window.unwrap_or_else(|| self.open(carrier));
         self.carry(increment, carrier, &mut window);
         window.span_s += increment.span_s;
+        for member in 0..geometry.count() {
+            let odd = self.is_odd(member);
+            self.odd_s[member] = if odd { self.odd_s[member] + increment.span_s } else { 0.0 };
+        }
         if readings.iter().any(Option::is_some) {
             self.read(readings, geometry, &mut window);
         }
@@ -225,6 +239,11 @@ impl GradientAid {
         let trace = |m: DMat3| libm::sqrt(m.x_axis.x + m.y_axis.y + m.z_axis.z);
         let g = self.filter.gradient();
         self.enough.then(|| (trace(g * g), trace(self.filter.gradient_error_square())))
+    }
+
+    /// Which magnetometers have been odd for so long that it is no single reading.
+    pub(crate) fn odd(&self) -> [bool; MAX_MEMBERS] {
+        self.odd_s.map(|odd_s| odd_s > ODD_S)
     }
 
     /// A stretch unseen: the rig is elsewhere.
@@ -283,8 +302,9 @@ impl GradientAid {
     fn read(&mut self, readings: &Readings, geometry: &Geometry, window: &mut Window) {
         self.flush();
         let turned = DMat3::from_quat(self.carried);
+        self.look_for_odd(readings, geometry, turned);
         for (member, reading) in readings.iter().enumerate() {
-            let Some(reading) = *reading else { continue };
+            let Some(reading) = reading.filter(|_| !self.is_odd(member)) else { continue };
             let arm = geometry.magnetometer_arm_m(member);
             window.nis += self.filter.take((member, turned), arm, reading, self.p.mag_sigma_ut);
             window.readings += 1.0;
@@ -294,6 +314,23 @@ impl GradientAid {
         window.signal += g * g;
         window.noise += self.filter.gradient_error_square();
         window.epochs += 1.0;
+    }
+
+    /// Finds readings that are not what the filter foresees.
+    fn look_for_odd(&mut self, readings: &Readings, geometry: &Geometry, turned: DMat3) {
+        for (member, reading) in readings.iter().enumerate() {
+            let Some(reading) = *reading else { continue };
+            let arm = geometry.magnetometer_arm_m(member);
+            let sigma_ut = self.p.mag_sigma_ut;
+            let (off, sigma) = self.filter.surprise((member, turned), arm, reading, sigma_ut);
+            let limit = self.p.odd_ut.max(ODD_SIGMAS * sigma);
+            self.odd[member] = off > if self.odd[member] { 0.6 * limit } else { limit };
+        }
+    }
+
+    /// Whether a member's magnetometer, and it alone, is not what was foreseen: what all see is the field.
+    fn is_odd(&self, member: usize) -> bool {
+        self.odd[member] && self.odd.iter().filter(|odd| **odd).count() == 1
     }
 
     fn conclude(&mut self, window: &Window) -> GradientReport {
