@@ -98,7 +98,7 @@ impl Settings {
     /// Three cameras half a metre apart, past steel that stands every two metres.
     pub(crate) fn indoors(seed: u64) -> Self {
         let walk = Walk::default();
-        let steel = along(&walk, seed, 2.0, 300.0, 1.7..2.7);
+        let steel = along(&walk, seed, 2.0, 450.0, 1.7..2.7);
         Self::with(walk, steel)
     }
 
@@ -184,6 +184,16 @@ impl Scene {
 
     pub(crate) fn orientation(&self) -> DQuat {
         self.settings.walk.orientation(self.time_s())
+    }
+
+    /// Mean of the members' biases in the rig's axes, rad/s and m/s².
+    pub(crate) fn mean_biases(&self) -> (DVec3, DVec3) {
+        let n = self.members.len() as f64;
+        let turned = |m: &Member, bias| m.mounting.rotation.apply(bias) / n;
+        (
+            self.members.iter().map(|m| turned(m, m.gyro_bias)).sum(),
+            self.members.iter().map(|m| turned(m, m.accel_bias)).sum(),
+        )
     }
 
     /// Moves the rig on by a step; `alter` may spoil what members say.
