@@ -5,6 +5,7 @@ use std::process::{Command, Stdio};
 use iceoryx2::prelude::ServiceName;
 use lodestone_client::Domain;
 use lodestone_config::model::TrajectoryKind;
+use lodestone_schema::SCHEMA_VERSION;
 use lodestone_tests::system::{
     Daemon, Follower, Recorded, TestDomain, eventually, lodestone, lodestoned, on_small_shm, said,
 };
