@@ -1,5 +1,6 @@
 //! What keeps the inertial state from drifting, and when each of it is due.
 
+use crate::aid_status::{AidKind, AidLedger};
 use crate::covariance::{GYRO_BIAS, ORIENTATION};
 use crate::estimator::{HeadingOrigin, StepReport};
 use crate::grid::Step;
@@ -28,6 +29,7 @@ pub(crate) struct Aids {
     hard_iron: HardIron,
     pub(crate) heading_origin: HeadingOrigin,
     since_compass_s: f64,
+    pub(crate) ledger: AidLedger,
 }
 
 /// What is due after a step.
@@ -49,6 +51,15 @@ impl Aids {
             hard_iron: HardIron::new(&p.hard_iron),
             heading_origin: HeadingOrigin::Arbitrary,
             since_compass_s: 0.0,
+            ledger: AidLedger::EMPTY,
+        }
+    }
+
+    /// The alignment is done; whether the camera stood.
+    pub(crate) fn begin(&mut self, at_rest: bool) {
+        self.at_rest = at_rest;
+        if at_rest {
+            self.ledger.note(AidKind::Standstill, true);
         }
     }
 
@@ -59,6 +70,7 @@ impl Aids {
         self.rest = RestDetector::new();
         self.at_rest = false;
         self.resting_s = 0.0;
+        self.ledger = AidLedger::EMPTY;
     }
 
     /// The alignment used a field, in the world.
@@ -104,6 +116,7 @@ impl Aids {
     /// Collects what the step brings.
     fn watch(&mut self, state: &State, step: &Step, turn_rad: f64, p: &Parameters) -> Due {
         let span_s = step.increment.span_s;
+        self.ledger.pass(span_s);
         self.since_levelling_s += span_s;
         let levelling = self.since_levelling_s >= p.levelling.interval_s;
         if levelling {
@@ -134,9 +147,11 @@ impl Aids {
         self.at_rest = window.is_rest(state.gyro_bias, bias_sigma, &p.rest);
         if !self.at_rest {
             self.resting_s = 0.0;
+            self.ledger.end(AidKind::Standstill);
             return;
         }
         self.resting_s += p.rest.interval_s;
+        self.ledger.note(AidKind::Standstill, true);
         let faded = self.resting_s > 2.0 * p.levelling.time_constant_s;
         standstill::zero_velocity(state, p.rest.velocity_sigma_m_s, faded);
         // The window is longer than the interval, so successive means are correlated: the noise is

@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
+use crate::aid_status::{AidStatus, PositionOrigin};
 use crate::aids::Aids;
 use crate::alignment::{Alignment, Waiting};
 use crate::covariance::{ORIENTATION, POSITION, VELOCITY};
@@ -81,6 +82,10 @@ pub struct Estimate {
     pub velocity_covariance: DMat3,
     /// Where the heading comes from.
     pub heading_origin: HeadingOrigin,
+    /// Where the position comes from.
+    pub position_origin: PositionOrigin,
+    /// The aids of the last second.
+    pub aids: AidStatus,
     /// The camera stands.
     pub at_rest: bool,
     /// The magnetic field does not fit the reference.
@@ -186,6 +191,8 @@ impl Estimator {
             position_covariance: block(POSITION),
             velocity_covariance: block(VELOCITY),
             heading_origin: self.aids.heading_origin,
+            position_origin: self.aids.ledger.status().position_origin(),
+            aids: self.aids.ledger.status(),
             at_rest: self.aids.at_rest,
             magnetic_disturbance: self.aids.compass.is_disturbed(),
             magnetic_field_ut: self.aids.compass.field_ut(),
@@ -207,7 +214,7 @@ impl Estimator {
             return StepReport { waiting: Some(self.alignment.waiting()), ..StepReport::QUIET };
         };
         self.state = Some(aligned.state);
-        self.aids.at_rest = aligned.at_rest;
+        self.aids.begin(aligned.at_rest);
         if let Some(field) = aligned.field {
             self.aids.begin_with(field, aligned.field_span_s, self.parameters.heading);
         }

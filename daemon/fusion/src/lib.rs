@@ -12,6 +12,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod aid_status;
 mod aids;
 mod alignment;
 mod covariance;
@@ -31,6 +32,7 @@ mod testing;
 mod time;
 pub mod update;
 
+pub use aid_status::{AidFlags, AidKind, AidStatus, PositionOrigin};
 pub use alignment::{Aligned, Alignment, Waiting};
 pub use covariance::{
     ACCEL_BIAS, Block, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, MAG_DELAY, ORIENTATION,
