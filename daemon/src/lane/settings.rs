@@ -185,6 +185,9 @@ mod tests {
         let magnetic = rate(&config);
         assert!((magnetic.length() - EARTH_RATE_RAD_S).abs() < 1e-15);
         config.world.north = North::True;
-        assert!(rate(&config).x.abs() < 1e-20 && magnetic.x < 0.0, "the declination there is 4° east");
+        assert!(
+            rate(&config).x.abs() < 1e-20 && magnetic.x < 0.0,
+            "the declination there is 4° east"
+        );
     }
 }
