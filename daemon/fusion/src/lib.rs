@@ -43,10 +43,10 @@ pub use frame::{Body, Frame, Optical, Rotation, Sensor, Vehicle, World};
 pub use grid::{Accepted, Grid, GridParameters, Increment, Refusal, Step};
 pub use parameters::{
     AlignmentParameters, CompassParameters, HardIronParameters, HeadingMode, LevellingParameters,
-    Parameters, RestParameters, SensorNoise,
+    Parameters, RestParameters, SensorNoise, StanceParameters, Stillness,
 };
 pub use quantity::{Accel, Gyro, Mag};
-pub use rest::{RestDetector, WindowStatistics};
+pub use rest::{RestDetector, Standing, WindowStatistics};
 pub use sample::ImuSample;
 pub use state::State;
 pub use time::{SensorSpan, SensorTime};
