@@ -73,6 +73,12 @@ impl Aids {
         self.ledger = AidLedger::EMPTY;
     }
 
+    /// The earth's rate in the world, rad/s, as far as it is known there: without a north only how it
+    /// turns about up.
+    pub(crate) fn earth_rate(&self, p: &Parameters) -> DVec3 {
+        p.earth_rate_where(self.heading_origin != HeadingOrigin::Arbitrary)
+    }
+
     /// The alignment used a field, in the world.
     pub(crate) fn begin_with(&mut self, field: DVec3, averaged_s: f64, mode: HeadingMode) {
         self.compass.expect(field, averaged_s);
@@ -157,7 +163,8 @@ impl Aids {
         // The window is longer than the interval, so successive means are correlated: the noise is
         // counted as if each block came alone.
         let noise = p.noise.gyro_density / libm::sqrt(p.rest.interval_s);
-        standstill::zero_rate(state, window.confirmed_rate, noise.max(2e-4));
+        let earth_rate = state.orientation.conjugate() * self.earth_rate(p);
+        standstill::zero_rate(state, window.confirmed_rate - earth_rate, noise.max(2e-4));
     }
 
     fn steer(

@@ -131,7 +131,9 @@ impl Alignment {
         let heading = bearing.map_or(0.0, |bearing| bearing - p.field_bearing_rad);
         let orientation = so3::exp(DVec3::Z * heading) * level;
         let field = field.map(|f| so3::exp(DVec3::Z * heading) * f);
-        let mut state = State { gyro_bias: window.rate, ..State::at(orientation) };
+        // A gyroscope at rest shows its bias and the earth's rate.
+        let earth_rate = orientation.conjugate() * p.earth_rate_where(bearing.is_some());
+        let mut state = State { gyro_bias: window.rate - earth_rate, ..State::at(orientation) };
         state.covariance = first_covariance(&state, window, field, p);
         Aligned { state, field, field_span_s: f64::INFINITY, at_rest: true }
     }

@@ -9,7 +9,7 @@ use crate::covariance::{ORIENTATION, POSITION, VELOCITY};
 use crate::frame::{Body, Rotation, World};
 use crate::grid::{Increment, Step};
 use crate::parameters::Parameters;
-use crate::predict::{Pending, ProcessNoise, advance, follow};
+use crate::predict::{Pending, ProcessNoise, Strapdown, follow};
 use crate::so3;
 use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
@@ -70,7 +70,7 @@ pub struct Estimate {
     pub position: DVec3,
     /// Velocity in the world, m/s.
     pub velocity: DVec3,
-    /// Angular rate in the body, bias removed, rad/s.
+    /// Angular rate against the world in the body, bias and earth rate removed, rad/s.
     pub angular_rate: DVec3,
     /// Specific force in the body, bias removed, m/s².
     pub specific_force: DVec3,
@@ -101,6 +101,7 @@ pub struct Estimator {
     noise: ProcessNoise,
     alignment: Alignment,
     state: Option<State>,
+    strapdown: Strapdown,
     pending: Pending,
     aids: Aids,
     time: SensorTime,
@@ -124,6 +125,7 @@ impl Estimator {
             noise: ProcessNoise::new(&parameters),
             alignment: Alignment::new(),
             state: None,
+            strapdown: Strapdown::NEW,
             pending: Pending::NONE,
             aids: Aids::new(&parameters),
             time: SensorTime::from_nanos(0),
@@ -138,7 +140,9 @@ impl Estimator {
         let Some(state) = &mut self.state else {
             return self.align(step);
         };
-        let turn_rad = advance(state, &mut self.pending, &step.increment, &self.noise);
+        let surroundings = (&self.noise, self.aids.earth_rate(&self.parameters));
+        let turn_rad =
+            self.strapdown.advance(state, &mut self.pending, &step.increment, surroundings);
         let settings = (&self.parameters, &self.noise);
         self.aids.step(state, &mut self.pending, (step, turn_rad), settings)
     }
@@ -147,6 +151,7 @@ impl Estimator {
     pub fn cross_gap(&mut self, span: SensorSpan) {
         let gap_s = span.as_secs_f64();
         self.aids.cross_gap();
+        self.strapdown = Strapdown::NEW;
         self.alignment = Alignment::new();
         let Some(state) = &mut self.state else { return };
         follow(state, &mut self.pending, &self.noise);
@@ -173,7 +178,8 @@ impl Estimator {
         let state = self.state.as_ref()?;
         let latest = if beyond.span_s > 0.0 { beyond } else { &self.last };
         let per_second = latest.span_s.recip();
-        let angular_rate = latest.angle * per_second - state.gyro_bias;
+        let earth_rate = state.orientation.conjugate() * self.aids.earth_rate(&self.parameters);
+        let angular_rate = latest.angle * per_second - state.gyro_bias - earth_rate;
         let specific_force = latest.velocity * per_second - state.accel_bias;
         let span_s = beyond.span_s + self.parameters.lead_s;
         let gain =

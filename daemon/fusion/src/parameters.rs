@@ -1,5 +1,7 @@
 //! What may be chosen about the estimator.
 
+use glam::DVec3;
+
 /// Noise of one camera's sensors, as the filter believes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorNoise {
@@ -51,6 +53,8 @@ pub struct Parameters {
     pub lead_s: f64,
     /// Strength of gravity at the place, m/s².
     pub gravity_m_s2: f64,
+    /// The earth's rate in the world, rad/s. Default 0, an earth that does not turn.
+    pub earth_rate_rad_s: DVec3,
     /// Alignment.
     pub alignment: AlignmentParameters,
     /// Detection of standstill.
@@ -187,6 +191,18 @@ pub struct HardIronParameters {
     pub max_rate_rad_s: f64,
 }
 
+impl Parameters {
+    /// The earth's rate in the world, rad/s, as far as it is known: all of it with a north, else only
+    /// its part about up.
+    pub(crate) fn earth_rate_where(&self, north_is_known: bool) -> DVec3 {
+        if north_is_known {
+            self.earth_rate_rad_s
+        } else {
+            DVec3::new(0.0, 0.0, self.earth_rate_rad_s.z)
+        }
+    }
+}
+
 impl SensorNoise {
     /// Figures of a ZED 2 at room temperature.
     pub const ZED2: Self = Self {
@@ -209,6 +225,7 @@ impl Default for Parameters {
             field_bearing_rad: 0.0,
             lead_s: 0.0,
             gravity_m_s2: 9.81,
+            earth_rate_rad_s: DVec3::ZERO,
             alignment: AlignmentParameters::default(),
             rest: RestParameters::default(),
             levelling: LevellingParameters::default(),

@@ -148,8 +148,10 @@ fn levelling_turns_a_tilted_camera_upright() {
         let still =
             crate::Increment { span_s: 0.0025, angle: DVec3::ZERO, velocity: force * 0.0025 };
         let mut pending = crate::predict::Pending::NONE;
+        let mut strapdown = crate::predict::Strapdown::NEW;
         for step in 0..12_000 {
-            crate::predict::advance(&mut state, &mut pending, &still, &noise);
+            let surroundings = (&noise, glam::DVec3::ZERO);
+            strapdown.advance(&mut state, &mut pending, &still, surroundings);
             crate::predict::follow(&mut state, &mut pending, &noise);
             if step % 40 == 39 {
                 levelling::Levelling::new().update(&mut state, &p.levelling);
