@@ -124,9 +124,11 @@ impl Aids {
         let span_s = step.increment.span_s;
         self.ledger.pass(span_s);
         self.since_levelling_s += span_s;
-        let levelling = self.since_levelling_s >= p.levelling.interval_s;
+        let mut levelling = self.since_levelling_s >= p.levelling.interval_s;
         if levelling {
             self.since_levelling_s = 0.0;
+            // Where the velocity is measured, it levels, and knows what accelerations there are.
+            levelling = self.at_rest || !self.ledger.status().holds_velocity();
         }
         self.since_compass_s += span_s;
         let speed = libm::sqrt(state.leaky_velocity.length_squared());

@@ -1,8 +1,13 @@
 //! Measurement updates: one file each, its gate beside its residual and Jacobian.
 
 pub mod compass;
+pub(crate) mod fix;
 pub mod levelling;
+pub(crate) mod non_holonomic;
+pub(crate) mod speed;
 pub mod standstill;
+pub(crate) mod vector;
+pub(crate) mod vehicle;
 
 use crate::covariance::{ORIENTATION, Row};
 use crate::state::State;
