@@ -163,7 +163,9 @@ impl Past {
         let bias = state.gyro_bias + end.transpose() * around.earth_rate;
         let angle = stretch.angle - bias * whole_s;
         let start = end * DMat3::from_quat(so3::exp(-angle));
-        let force = start * (stretch.velocity - state.accel_bias * whole_s) * share;
+        // The velocity was summed in an attitude that turned with the bias.
+        let unbent = stretch.velocity - (0.5 * whole_s) * bias.cross(stretch.velocity);
+        let force = start * (unbent - state.accel_bias * whole_s) * share;
         let coriolis = -2.0 * around.earth_rate.cross(self.velocity);
         let gain = force + (around.gravity + coriolis) * span_s;
 
