@@ -9,6 +9,7 @@ use crate::parameters::{HeadingMode, Parameters};
 use crate::predict::{FOLLOW_S, Pending, ProcessNoise, follow};
 use crate::rest::{RestDetector, WindowStatistics};
 use crate::state::State;
+use crate::update::belief::Belief;
 use crate::update::compass::{Compass, CompassReport, FieldAverage};
 use crate::update::levelling::Levelling;
 use crate::update::standstill;
@@ -21,6 +22,7 @@ const HELD_AFTER_S: f64 = 1.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Aids {
     rest: RestDetector,
+    belief: Belief,
     resting_s: f64,
     pub(crate) at_rest: bool,
     since_levelling_s: f64,
@@ -43,6 +45,7 @@ impl Aids {
     pub(crate) fn new(p: &Parameters) -> Self {
         Self {
             rest: RestDetector::new(),
+            belief: Belief::NEW,
             resting_s: 0.0,
             at_rest: false,
             since_levelling_s: 0.0,
@@ -152,7 +155,13 @@ impl Aids {
 
     fn stand(&mut self, state: &mut State, window: &WindowStatistics, p: &Parameters) {
         let bias_sigma = libm::sqrt(state.covariance.variances(GYRO_BIAS).max_element());
-        self.at_rest = window.is_rest(state.gyro_bias, bias_sigma, &p.rest);
+        let measured = self.ledger.status().holds_velocity();
+        self.at_rest = window.is_rest(state.gyro_bias, bias_sigma, &p.rest)
+            && self.belief.holds(
+                state,
+                p.rest.velocity_sigma_m_s,
+                (p.rest.interval_s, measured),
+            );
         if !self.at_rest {
             self.resting_s = 0.0;
             self.ledger.end(AidKind::Standstill);

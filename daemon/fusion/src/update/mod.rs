@@ -1,5 +1,6 @@
 //! Measurement updates: one file each, its gate beside its residual and Jacobian.
 
+pub(crate) mod belief;
 pub mod compass;
 pub(crate) mod fix;
 pub mod levelling;

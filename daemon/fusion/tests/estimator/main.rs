@@ -1,5 +1,6 @@
 //! The estimator as its user sees it: stories, hostile streams, honesty of the covariance.
 
+mod city;
 mod consistency;
 mod magnetism;
 mod scene;
@@ -7,3 +8,4 @@ mod simulation;
 mod starts;
 mod stories;
 mod streams;
+mod traffic;
