@@ -23,7 +23,6 @@ const HELD_AFTER_S: f64 = 1.0;
 pub(crate) struct Aids {
     rest: RestDetector,
     belief: Belief,
-    resting_s: f64,
     pub(crate) at_rest: bool,
     since_levelling_s: f64,
     levelling: Levelling,
@@ -46,7 +45,6 @@ impl Aids {
         Self {
             rest: RestDetector::new(),
             belief: Belief::NEW,
-            resting_s: 0.0,
             at_rest: false,
             since_levelling_s: 0.0,
             levelling: Levelling::new(),
@@ -72,7 +70,6 @@ impl Aids {
         self.hard_iron.forget_field();
         self.rest = RestDetector::new();
         self.at_rest = false;
-        self.resting_s = 0.0;
         self.ledger = AidLedger::EMPTY;
     }
 
@@ -131,7 +128,7 @@ impl Aids {
         if levelling {
             self.since_levelling_s = 0.0;
             // Where the velocity is measured, it levels, and knows what accelerations there are.
-            levelling = self.at_rest || !self.ledger.status().holds_velocity();
+            levelling = !self.ledger.status().holds_velocity();
         }
         self.since_compass_s += span_s;
         let speed = libm::sqrt(state.leaky_velocity.length_squared());
@@ -156,21 +153,20 @@ impl Aids {
     fn stand(&mut self, state: &mut State, window: &WindowStatistics, p: &Parameters) {
         let bias_sigma = libm::sqrt(state.covariance.variances(GYRO_BIAS).max_element());
         let measured = self.ledger.status().holds_velocity();
-        self.at_rest = window.is_rest(state.gyro_bias, bias_sigma, &p.rest)
-            && self.belief.holds(
-                state,
-                p.rest.velocity_sigma_m_s,
-                (p.rest.interval_s, measured),
-            );
+        let quiet = window.is_rest(state.gyro_bias, bias_sigma, &p.rest);
+        let timing = (p.rest.interval_s, measured);
+        self.at_rest = quiet
+            && self.belief.holds(state, window, p.rest.velocity_sigma_m_s, timing);
+        if !quiet {
+            self.belief.end_doubt();
+        }
         if !self.at_rest {
-            self.resting_s = 0.0;
-            self.ledger.end(AidKind::Standstill);
+                self.ledger.end(AidKind::Standstill);
             return;
         }
-        self.resting_s += p.rest.interval_s;
         self.ledger.note(AidKind::Standstill, true);
-        let faded = self.resting_s > 2.0 * p.levelling.time_constant_s;
-        standstill::zero_velocity(state, p.rest.velocity_sigma_m_s, faded);
+        standstill::zero_velocity(state, p.rest.velocity_sigma_m_s);
+        standstill::restart_leaky_velocity(state, p.rest.velocity_sigma_m_s);
         // The window is longer than the interval, so successive means are correlated: the noise is
         // counted as if each block came alone.
         let noise = p.noise.gyro_density / libm::sqrt(p.rest.interval_s);

@@ -4,7 +4,7 @@
 //! ch. 15.3). Zero-rate update: residual `ω̄ − b_g` with the mean rate over the window, Jacobian the
 //! unit matrix on the bias error. The gate is the detector, [`crate::rest`].
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::apply_blind;
 use crate::covariance::{Block, GYRO_BIAS, LEAKY_VELOCITY, Row, STATES, VELOCITY};
@@ -17,22 +17,22 @@ pub fn jacobian(block: Block, axis: usize) -> Row {
     row
 }
 
-/// Velocity and leaky velocity are zero, with a standard deviation in m/s.
-///
-/// Begin of a standstill: the leaky velocity still remembers the motion before, so it is left to
-/// fade until it is as small as a standing camera's.
-pub(crate) fn zero_velocity(state: &mut State, sigma_m_s: f64, faded: bool) {
-    let variance = sigma_m_s * sigma_m_s;
+/// The velocity is zero, with a standard deviation in m/s.
+pub(crate) fn zero_velocity(state: &mut State, sigma_m_s: f64) {
     for axis in 0..3 {
         let residual = -state.velocity[axis];
-        apply_blind(state, &jacobian(VELOCITY, axis), residual, variance);
+        apply_blind(state, &jacobian(VELOCITY, axis), residual, sigma_m_s * sigma_m_s);
     }
-    if faded {
-        for axis in 0..3 {
-            let residual = -state.leaky_velocity[axis];
-            apply_blind(state, &jacobian(LEAKY_VELOCITY, axis), residual, variance);
-        }
-    }
+}
+
+/// The leaky velocity begins anew at zero, with a standard deviation in m/s.
+///
+/// It still remembers the motion before, which after braking may be some metres per second. What it
+/// knows of the tilt, the velocity knows better at a standstill.
+pub(crate) fn restart_leaky_velocity(state: &mut State, sigma_m_s: f64) {
+    state.leaky_velocity = DVec3::ZERO;
+    let variance = DMat3::from_diagonal(DVec3::splat(sigma_m_s * sigma_m_s));
+    state.covariance.set_independent(LEAKY_VELOCITY, variance);
 }
 
 /// The mean rate over the window, rad/s in the body, is the bias.

@@ -57,6 +57,8 @@ fn explore() {
             let mut line = String::new();
             for k in 0..steps(604.0) {
                 ride.step();
+                if std::env::var("DBG").is_ok() && k % 40 == 0 && ride.filter.state().is_some() { let e = ride.filter.estimate().unwrap(); if e.at_rest && ride.car.speed > 0.05 && k > 1700 { println!("  seed {seed} aided {aided} t {:.1} rest at {:.2} m/s, v {:.2} s {:.3}", k as f64*0.0025, ride.car.speed, e.velocity.length(), e.velocity_covariance.x_axis.x.sqrt()); } }
+                if std::env::var("TS").is_ok() && aided && seed==7 && k % 400 == 0 && k > 1600 && k < 26000 { let e = ride.filter.estimate().unwrap(); let st = ride.filter.state().unwrap(); let att = so3::log(ride.car.orientation * st.orientation().quaternion().conjugate()) * 57.3; let ve = ride.car.velocity - st.velocity; let sv = st.covariance.variances(VELOCITY); println!("  {:.0} v {:.2} rest {} att {:.2} {:.2} {:.2} s {:.2} {:.2} ve {:.3} {:.3} {:.3} s {:.3} mount {:.4} {:.4} scale {:.4} used {:06b} ref {:06b} nees {:.2} {:.2}", k as f64*0.0025, ride.car.speed, e.at_rest, att.x, att.y, att.z, st.covariance.variances(ORIENTATION).x.sqrt()*57.3, st.covariance.variances(ORIENTATION).z.sqrt()*57.3, ve.x, ve.y, ve.z, sv.x.sqrt(), st.mounting_rad[0], st.mounting_rad[1], st.speed_scale, e.aids.used.bits(), e.aids.refused.bits(), ride.nees()[0], ride.nees()[1]); }
                 if aided && k % 8 == 0 && k > steps(3.0) {
                     let noise = ride.car.number(0.05);
                     let speed_m_s = ride.car.speed + noise;
