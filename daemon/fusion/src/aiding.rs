@@ -360,7 +360,7 @@ impl Aiding {
         if !non_holonomic::applies(&past, vehicle) {
             return None;
         }
-        let measured = non_holonomic::measurement(state, &past, vehicle);
+        let measured = non_holonomic::measurement(state, &past, setting.around.gravity, vehicle);
         let velocity = crate::update::vehicle::velocity(state, &past, vehicle);
         let doubt = velocity.y * velocity.y + velocity.z * velocity.z;
         let candidate = Candidate { measured, doubt: (VELOCITY, doubt) };

@@ -155,13 +155,12 @@ impl Aids {
         let measured = self.ledger.status().holds_velocity();
         let quiet = window.is_rest(state.gyro_bias, bias_sigma, &p.rest);
         let timing = (p.rest.interval_s, measured);
-        self.at_rest = quiet
-            && self.belief.holds(state, window, p.rest.velocity_sigma_m_s, timing);
+        self.at_rest = quiet && self.belief.holds(state, window, p.rest.velocity_sigma_m_s, timing);
         if !quiet {
             self.belief.end_doubt();
         }
         if !self.at_rest {
-                self.ledger.end(AidKind::Standstill);
+            self.ledger.end(AidKind::Standstill);
             return;
         }
         self.ledger.note(AidKind::Standstill, true);

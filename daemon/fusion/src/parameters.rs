@@ -104,8 +104,13 @@ pub struct VehicleParameters {
     /// Slip angle of the tyres for each m/s² of sideways acceleration, 1σ, rad. Default 6 mrad, that of
     /// a passenger car.
     pub slip_rad_per_m_s2: f64,
-    /// Pitch of the body on its springs, 1σ, rad. Default 10 mrad.
+    /// Pitch of the body on its springs at constant speed, 1σ, rad. Default 4 mrad.
     pub sway_rad: f64,
+    /// Pitch of the body for each m/s² of throttle or braking, 1σ, rad. Default 6 mrad, that of a
+    /// passenger car.
+    pub sway_rad_per_m_s2: f64,
+    /// Time over which the pitch on the springs hangs together, s: that of a braking. Default 3.
+    pub sway_correlation_s: f64,
     /// Turn rate beyond which it may skid, rad/s. Default 1.5.
     pub max_turn_rad_s: f64,
     /// Seconds between two uses of the constraint. Default 0.1.
@@ -387,7 +392,9 @@ impl VehicleParameters {
             sideways_sigma_m_s: 0.05,
             upward_sigma_m_s: 0.1,
             slip_rad_per_m_s2: 6e-3,
-            sway_rad: 0.01,
+            sway_rad: 4e-3,
+            sway_rad_per_m_s2: 6e-3,
+            sway_correlation_s: 3.0,
             max_turn_rad_s: 1.5,
             constraint_interval_s: 0.1,
             constraint_correlation_s: 0.5,

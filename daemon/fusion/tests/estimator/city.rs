@@ -66,7 +66,6 @@ pub(crate) struct City {
     leg: Leg,
     leg_s: f64,
     leg_rad: f64,
-    stops: u32,
     steps: u64,
     axle: DVec3,
     yaw: f64,
@@ -84,6 +83,9 @@ pub(crate) struct City {
     pub(crate) velocity: DVec3,
     gyro_bias: DVec3,
     accel_bias: DVec3,
+    leaky_velocity: DVec3,
+    /// Angle by which the local field lies east of north, rad.
+    deviation: f64,
     /// Whether the magnetometer works.
     pub(crate) has_mag: bool,
 }
@@ -97,7 +99,6 @@ impl City {
             leg: Leg::Stand(4.0),
             leg_s: 0.0,
             leg_rad: 0.0,
-            stops: 0,
             steps: 0,
             axle: DVec3::ZERO,
             yaw: 0.0,
@@ -110,11 +111,14 @@ impl City {
             velocity: DVec3::ZERO,
             gyro_bias: DVec3::ZERO,
             accel_bias: DVec3::ZERO,
+            leaky_velocity: DVec3::ZERO,
+            deviation: 0.0,
             has_mag: true,
         };
         city.yaw = TAU * city.uniform(0.0, 1.0);
         city.gyro_bias = city.vector(parameters.noise.gyro_bias_sigma);
         city.accel_bias = city.vector(parameters.noise.accel_bias_sigma);
+        city.deviation = city.number(parameters.compass.deviation_sigma_rad);
         (city.orientation, city.position) = city.camera();
         city.axle -= city.position;
         city.position = DVec3::ZERO;
@@ -140,9 +144,11 @@ impl City {
         self.speed == 0.0
     }
 
-    /// How often it has stopped.
-    pub(crate) const fn stops(&self) -> u32 {
-        self.stops
+    /// Turns the camera on the car, before it drives, by a rotation vector in the car's axes, rad.
+    pub(crate) fn turn_camera(&mut self, rotation: DVec3) {
+        let turned = so3::exp(rotation) * self.mount.vehicle_from_body.quaternion();
+        self.mount.vehicle_from_body = Rotation::from_quaternion(turned).expect("of unit length");
+        (self.orientation, self.position) = self.camera();
     }
 
     /// Moves on by a step; gives what the sensors saw.
@@ -160,6 +166,7 @@ impl City {
         let angle = so3::log(turn_before.conjugate() * self.orientation);
         let halfway = turn_before * so3::exp(0.5 * angle);
         let force = halfway.conjugate() * (gain + DVec3::Z * (self.parameters.gravity_m_s2 * DT));
+        self.renew_deviation(angle, gain);
         Step {
             time: SensorTime::from_nanos(self.steps.cast_signed() * 2_500_000),
             increment: self.sense(angle, force),
@@ -208,9 +215,6 @@ impl City {
             Leg::Turn { angle, .. } => self.leg_rad.abs() >= angle.abs(),
         };
         if !done {
-            if self.stands() && self.leg_s < DT * 1.5 {
-                self.stops += 1;
-            }
             return;
         }
         let side = if self.uniform(0.0, 1.0) < 0.5 { 1.0 } else { -1.0 };
@@ -219,10 +223,7 @@ impl City {
             Leg::Stand(_) | Leg::Turn { .. } => {
                 Leg::Drive(self.uniform(7.0, 22.2), self.uniform(8.0, 22.0))
             }
-            Leg::Drive(..) if stops => {
-                self.stops += 1;
-                Leg::Stand(self.uniform(8.0, 20.0))
-            }
+            Leg::Drive(..) if stops => Leg::Stand(self.uniform(8.0, 20.0)),
             Leg::Drive(..) => Leg::Turn {
                 angle: side * self.uniform(0.4, 1.6),
                 speed: self.uniform(4.5, 7.5),
@@ -236,8 +237,8 @@ impl City {
     fn camera(&self) -> (DQuat, DVec3) {
         let wave = |size: f64, length_m: f64| size * (TAU * self.distance / length_m).sin();
         let sideways = self.yaw_rate * self.speed;
-        let pitch = wave(4e-3, 14.1) + wave(2e-4, 1.87) - self.slope().atan()
-            - 0.006 * self.acceleration;
+        let pitch =
+            wave(4e-3, 14.1) + wave(2e-4, 1.87) - self.slope().atan() - 0.006 * self.acceleration;
         let roll = wave(8e-3, 83.0) + wave(2e-4, 2.03) + 0.008 * sideways;
         let heave = DVec3::Z * (wave(5e-3, 15.3) + wave(8e-5, 1.87) + wave(2e-5, 0.83));
         let car = DQuat::from_euler(EulerRot::ZYX, self.yaw, pitch, roll);
@@ -261,11 +262,25 @@ impl City {
         }
     }
 
+    /// Streets bend the field, as the filter believes they do.
+    fn renew_deviation(&mut self, angle: DVec3, gain: DVec3) {
+        let c = self.parameters.compass;
+        let leak = 1.0 - DT / self.parameters.levelling.time_constant_s;
+        self.leaky_velocity = (self.leaky_velocity + gain) * leak;
+        let renewed = self.leaky_velocity.length() * DT / c.deviation_way_m
+            + angle.length() / c.deviation_turn_rad
+            + DT / c.deviation_time_s;
+        let kept = 1.0 - renewed.min(1.0);
+        let fresh = c.deviation_sigma_rad * (1.0 - kept * kept).sqrt();
+        self.deviation = kept * self.deviation + self.number(fresh);
+    }
+
     fn sense_field(&mut self) -> Option<Mag<lodestone_fusion::Body>> {
         let due = self.has_mag && self.steps.is_multiple_of(STEPS_PER_MAG);
         due.then(|| {
             let noise = self.vector(self.parameters.noise.mag_sigma_ut);
-            Mag::new(self.orientation.conjugate() * FIELD + noise)
+            let local = so3::exp(DVec3::Z * -self.deviation) * FIELD;
+            Mag::new(self.orientation.conjugate() * local + noise)
         })
     }
 }

@@ -2,7 +2,9 @@
 
 mod city;
 mod consistency;
+mod fixes;
 mod magnetism;
+mod ride;
 mod scene;
 mod simulation;
 mod starts;
