@@ -22,26 +22,32 @@ pub enum Measurement {
         /// 1σ, m/s; [`VehicleParameters::speed_sigma_m_s`] if absent.
         sigma_m_s: Option<f64>,
     },
-    /// Velocity of the camera in the world.
+    /// Velocity in the world of a point on the camera.
     Velocity {
         /// m/s.
         velocity_m_s: DVec3,
         /// (m/s)².
         covariance: DMat3,
+        /// The point, from the body's origin in the body, m.
+        lever_m: DVec3,
     },
-    /// Position of the antenna ([`crate::AidingParameters::antenna_m`]) in the world.
+    /// Position in the world of a point on the camera, an antenna.
     Position {
         /// m.
         position_m: DVec3,
         /// m².
         covariance: DMat3,
+        /// The point, from the body's origin in the body, m.
+        lever_m: DVec3,
     },
-    /// Position and orientation of the camera in the world.
+    /// Position in the world of a point on the camera, and its orientation.
     Pose {
         /// m.
         position_m: DVec3,
         /// m².
         covariance: DMat3,
+        /// The point, from the body's origin in the body, m.
+        lever_m: DVec3,
         /// Body to world.
         orientation: Rotation<World, Body>,
         /// Of a small turn about the world's axes, rad².
@@ -62,18 +68,24 @@ impl Measurement {
 
     /// Whether every number is one that a measurement can have.
     pub fn is_sound(&self) -> bool {
-        let fix = |p: DVec3, c: DMat3| p.is_finite() && inverse_root(c).is_some();
+        let fix = |p: DVec3, c: DMat3, lever_m: DVec3| {
+            p.is_finite() && lever_m.is_finite() && inverse_root(c).is_some()
+        };
         match *self {
             Self::Speed { speed_m_s, sigma_m_s } => {
                 let sigma = sigma_m_s.unwrap_or(1.0);
                 speed_m_s.is_finite() && sigma.is_finite() && sigma > 0.0
             }
-            Self::Velocity { velocity_m_s, covariance } => fix(velocity_m_s, covariance),
-            Self::Position { position_m, covariance } => fix(position_m, covariance),
-            Self::Pose { position_m, covariance, orientation, orientation_covariance } => {
+            Self::Velocity { velocity_m_s, covariance, lever_m } => {
+                fix(velocity_m_s, covariance, lever_m)
+            }
+            Self::Position { position_m, covariance, lever_m } => {
+                fix(position_m, covariance, lever_m)
+            }
+            Self::Pose { position_m, covariance, lever_m, orientation, orientation_covariance } => {
                 let turned = orientation.quaternion();
                 let unit = (turned.length_squared() - 1.0).abs() < 1e-6;
-                fix(position_m, covariance)
+                fix(position_m, covariance, lever_m)
                     && unit
                     && inverse_root(orientation_covariance).is_some()
             }
@@ -276,19 +288,24 @@ impl Aiding {
                 let candidate = Candidate { measured, doubt: (VELOCITY, residual * residual) };
                 self.decide(state, candidate, setting, report)
             }
-            Measurement::Velocity { velocity_m_s, covariance } => {
-                let residual = fix::velocity_residual(&past, velocity_m_s);
-                let candidate =
-                    candidate(&past, (fix::velocity_rows(), VELOCITY), residual, covariance)?;
-                self.decide(state, candidate, setting, report)
+            Measurement::Velocity { velocity_m_s, covariance, lever_m } => {
+                let residual = fix::velocity_residual(&past, velocity_m_s, lever_m);
+                let rows = (fix::velocity_rows(&past, lever_m), VELOCITY);
+                let velocity = candidate(&past, rows, residual, covariance)?;
+                self.decide(state, velocity, setting, report)
             }
-            Measurement::Position { position_m, covariance } => {
-                let lever_m = setting.parameters.aiding.antenna_m;
+            Measurement::Position { position_m, covariance, lever_m } => {
                 let position = position(&past, position_m, lever_m, covariance)?;
                 self.decide(state, position, setting, report)
             }
-            Measurement::Pose { position_m, covariance, orientation, orientation_covariance } => {
-                let position = position(&past, position_m, DVec3::ZERO, covariance)?;
+            Measurement::Pose {
+                position_m,
+                covariance,
+                lever_m,
+                orientation,
+                orientation_covariance,
+            } => {
+                let position = position(&past, position_m, lever_m, covariance)?;
                 let residual = fix::orientation_residual(&past, orientation.quaternion());
                 let rows = (fix::orientation_rows(), ORIENTATION);
                 let orientation = candidate(&past, rows, residual, orientation_covariance)?;

@@ -76,8 +76,6 @@ pub struct Parameters {
 /// Measurements by others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AidingParameters {
-    /// Where a position fix holds, from the camera's body origin, in the body, m: an antenna. Default 0.
-    pub antenna_m: DVec3,
     /// How long a source must be refused without pause before it is believed after all, s. Short gives in
     /// to outliers, long stays wrong longer. Default 5.
     pub patience_s: f64,
@@ -376,7 +374,7 @@ impl Default for HardIronParameters {
 
 impl Default for AidingParameters {
     fn default() -> Self {
-        Self { antenna_m: DVec3::ZERO, patience_s: 5.0 }
+        Self { patience_s: 5.0 }
     }
 }
 

@@ -77,7 +77,11 @@ fn what_comes_too_late_or_too_early_or_makes_no_sense_is_refused() {
     ride.drive_unaided(10.0);
     let before = ride.filter;
     let refused = |ride: &mut Ride, m: Measurement, age_s: f64| ride.offer(m, age_s).refusal;
-    let good = Measurement::Position { position_m: DVec3::ZERO, covariance: DMat3::IDENTITY };
+    let good = Measurement::Position {
+        position_m: DVec3::ZERO,
+        covariance: DMat3::IDENTITY,
+        lever_m: DVec3::ZERO,
+    };
     assert_eq!(refused(&mut ride, good, 2.5), Some(AidRefusal::TooOld));
     assert_eq!(refused(&mut ride, good, -0.1), Some(AidRefusal::Future));
     let speed = |speed_m_s, sigma| Measurement::Speed { speed_m_s, sigma_m_s: Some(sigma) };
@@ -85,9 +89,21 @@ fn what_comes_too_late_or_too_early_or_makes_no_sense_is_refused() {
     for wrong in [
         speed(f64::NAN, 0.1),
         speed(1.0, 0.0),
-        Measurement::Position { position_m: DVec3::INFINITY, covariance: DMat3::IDENTITY },
-        Measurement::Position { position_m: DVec3::ZERO, covariance: DMat3::ZERO },
-        Measurement::Velocity { velocity_m_s: DVec3::ZERO, covariance: DMat3::NAN },
+        Measurement::Position {
+            position_m: DVec3::INFINITY,
+            covariance: DMat3::IDENTITY,
+            lever_m: DVec3::ZERO,
+        },
+        Measurement::Position {
+            position_m: DVec3::ZERO,
+            covariance: DMat3::ZERO,
+            lever_m: DVec3::ZERO,
+        },
+        Measurement::Velocity {
+            velocity_m_s: DVec3::ZERO,
+            covariance: DMat3::NAN,
+            lever_m: DVec3::ZERO,
+        },
     ] {
         assert_eq!(refused(&mut ride, wrong, 0.0), Some(AidRefusal::Invalid), "{wrong:?}");
     }
@@ -136,6 +152,7 @@ fn a_pose_corrects_position_and_orientation() {
         let pose = Measurement::Pose {
             position_m: measured(&mut ride, place, 0.05),
             covariance: DMat3::IDENTITY * 0.0025,
+            lever_m: DVec3::ZERO,
             orientation: lodestone_fusion::Rotation::from_quaternion(turned).unwrap(),
             orientation_covariance: DMat3::IDENTITY * 4e-6,
         };
@@ -158,7 +175,7 @@ fn a_velocity_in_the_world_holds_the_position() {
         let noise = DVec3::new(number(), number(), number());
         let velocity_m_s = ride.car.velocity + noise;
         let covariance = DMat3::IDENTITY * 0.01;
-        ride.offer(Measurement::Velocity { velocity_m_s, covariance }, 0.0);
+        ride.offer(Measurement::Velocity { velocity_m_s, covariance, lever_m: DVec3::ZERO }, 0.0);
     }
     assert!(ride.estimate().aids.used.contains(AidKind::Gradient));
     assert!(ride.position_error().length() < 1.0, "{}", ride.position_error());

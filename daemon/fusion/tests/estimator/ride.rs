@@ -93,7 +93,7 @@ impl Ride {
         age_s: f64,
     ) -> AidReport {
         let covariance = DMat3::IDENTITY * (sigma_m * sigma_m);
-        self.offer(Measurement::Position { position_m, covariance }, age_s)
+        self.offer(Measurement::Position { position_m, covariance, lever_m: DVec3::ZERO }, age_s)
     }
 
     pub(crate) fn offer(&mut self, measurement: Measurement, age_s: f64) -> AidReport {
