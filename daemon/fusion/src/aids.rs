@@ -10,7 +10,7 @@ use crate::predict::{FOLLOW_S, Ground, Pending, ProcessNoise, follow};
 use crate::state::State;
 use crate::update::compass::{Compass, CompassReport, FieldAverage};
 use crate::update::levelling::Levelling;
-use crate::update::standstill::{Standstill, Windows};
+use crate::update::standstill::{Around, Standstill, Windows};
 use glam::DVec3;
 
 /// Readings refused for this long make the heading "held".
@@ -101,8 +101,11 @@ impl Aids {
             return report;
         }
         follow(state, pending, noise);
-        let earth_rate = self.earth_rate(p);
-        report.standstill = self.standstill.update(state, &due.windows, earth_rate, p);
+        let around = Around {
+            earth_rate: self.earth_rate(p),
+            velocity_is_measured: self.ledger.status().holds_velocity(),
+        };
+        report.standstill = self.standstill.update(state, &due.windows, around, p);
         self.note_standstill();
         report.levelling = due.levelling.then(|| self.levelling.update(state, &p.levelling));
         if let Some(field) = &due.field {
@@ -130,9 +133,11 @@ impl Aids {
         let span_s = step.increment.span_s;
         self.ledger.pass(span_s);
         self.since_levelling_s += span_s;
-        let levelling = self.since_levelling_s >= p.levelling.interval_s;
+        let mut levelling = self.since_levelling_s >= p.levelling.interval_s;
         if levelling {
             self.since_levelling_s = 0.0;
+            // Where the velocity is measured, it levels, and knows what accelerations there are.
+            levelling = !self.ledger.status().holds_velocity();
         }
         self.since_compass_s += span_s;
         let speed = libm::sqrt(state.leaky_velocity.length_squared());

@@ -3,11 +3,13 @@
 use glam::{DMat3, DVec3};
 
 use crate::aid_status::{AidStatus, PositionOrigin};
+use crate::aiding::{Aid, AidRefusal, AidReport, Aiding, Setting};
 use crate::aids::Aids;
 use crate::alignment::{Alignment, Waiting};
-use crate::covariance::{ORIENTATION, POSITION, VELOCITY};
+use crate::covariance::{MOUNTING, ORIENTATION, POSITION, SPEED_SCALE, VELOCITY};
 use crate::frame::{Body, Rotation, World};
 use crate::grid::{Increment, Step};
+use crate::history::Surroundings;
 use crate::parameters::Parameters;
 use crate::predict::{Pending, ProcessNoise, Strapdown, follow};
 use crate::so3;
@@ -47,6 +49,8 @@ pub struct StepReport {
     pub levelling: Option<Outcome>,
     /// The heading update, if one was due.
     pub compass: Option<CompassReport>,
+    /// The vehicle's constraint, if it was due.
+    pub constraint: Option<AidReport>,
 }
 
 impl StepReport {
@@ -59,6 +63,7 @@ impl StepReport {
         standstill: None,
         levelling: None,
         compass: None,
+        constraint: None,
     };
 }
 
@@ -107,6 +112,7 @@ pub struct Estimator {
     strapdown: Strapdown,
     pending: Pending,
     aids: Aids,
+    aiding: Aiding,
     time: SensorTime,
     last: Increment,
 }
@@ -131,6 +137,7 @@ impl Estimator {
             strapdown: Strapdown::NEW,
             pending: Pending::NONE,
             aids: Aids::new(&parameters),
+            aiding: Aiding::NEW,
             time: SensorTime::from_nanos(0),
             last: Increment::ZERO,
         }
@@ -147,7 +154,61 @@ impl Estimator {
         let turn_rad =
             self.strapdown.advance(state, &mut self.pending, &step.increment, surroundings);
         let settings = (&self.parameters, &self.noise);
-        self.aids.step(state, &mut self.pending, (step, turn_rad), settings)
+        let mut report = self.aids.step(state, &mut self.pending, (step, turn_rad), settings);
+        if self.aiding.note_motion(&step.increment, self.parameters.vehicle.as_ref()) {
+            report.constraint = self.constrain();
+        }
+        report
+    }
+
+    /// Takes a measurement by others, valid up to two seconds ago and not after the last step.
+    pub fn aid(&mut self, aid: &Aid) -> AidReport {
+        let setting = self.setting();
+        let Some(state) = &mut self.state else {
+            return AidReport {
+                kind: aid.measurement.kind(),
+                refusal: Some(AidRefusal::NotAligned),
+                nis: None,
+                position_jumped: false,
+            };
+        };
+        follow(state, &mut self.pending, &self.noise);
+        let report = self.aiding.take(state, aid, &mut self.aids.ledger, &setting);
+        state.covariance.restore();
+        report
+    }
+
+    /// Counts the position from another origin: gives the camera's present position there, m, with a
+    /// covariance, m², that has nothing to do with what was known before.
+    ///
+    /// Nothing happens before there is a state. A position of which nothing is known is one with a
+    /// large covariance; ten kilometres squared is well within what f64 bears.
+    pub fn place(&mut self, position_m: DVec3, covariance: DMat3) {
+        let Some(state) = &mut self.state else { return };
+        follow(state, &mut self.pending, &self.noise);
+        state.position = position_m;
+        state.covariance.set_independent(POSITION, covariance);
+        state.covariance.restore();
+    }
+
+    /// What measurements by others are taken with.
+    fn setting(&self) -> Setting {
+        let gravity = DVec3::Z * -self.parameters.gravity_m_s2;
+        let earth_rate = self.aids.earth_rate(&self.parameters);
+        Setting {
+            now: self.time,
+            parameters: self.parameters,
+            around: Surroundings { gravity, earth_rate },
+        }
+    }
+
+    fn constrain(&mut self) -> Option<AidReport> {
+        let setting = self.setting();
+        let state = self.state.as_mut()?;
+        follow(state, &mut self.pending, &self.noise);
+        let report = self.aiding.constrain(state, &mut self.aids.ledger, &setting);
+        state.covariance.restore();
+        report
     }
 
     /// Accounts for a stretch of time without samples, too long to bridge.
@@ -155,6 +216,7 @@ impl Estimator {
         let gap_s = span.as_secs_f64();
         self.aids.cross_gap();
         self.strapdown = Strapdown::NEW;
+        self.aiding = Aiding::NEW;
         self.alignment = Alignment::new();
         let Some(state) = &mut self.state else { return };
         follow(state, &mut self.pending, &self.noise);
@@ -236,11 +298,23 @@ impl Estimator {
         covariance
     }
 
+    fn begin_aiding(&mut self) {
+        self.aiding = Aiding::NEW;
+        let (Some(state), Some(vehicle)) = (&mut self.state, &self.parameters.vehicle) else {
+            return;
+        };
+        let square = |x: f64| x * x;
+        state.covariance.forget(MOUNTING, square(vehicle.mounting_sigma_rad));
+        state.covariance.forget(MOUNTING + 1, square(vehicle.mounting_sigma_rad));
+        state.covariance.forget(SPEED_SCALE, square(vehicle.speed_scale_sigma));
+    }
+
     fn align(&mut self, step: &Step) -> StepReport {
         let Some(aligned) = self.alignment.push(step, &self.parameters) else {
             return StepReport { waiting: Some(self.alignment.waiting()), ..StepReport::QUIET };
         };
         self.state = Some(aligned.state);
+        self.begin_aiding();
         self.aids.begin(aligned.at_rest);
         if let Some(field) = aligned.field {
             self.aids.begin_with(field, aligned.field_span_s, self.parameters.heading);
