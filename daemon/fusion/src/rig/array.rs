@@ -105,7 +105,8 @@ mod tests {
         let (place, moment) = (DVec3::new(3.0, -4.0, 2.0), DVec3::new(3000.0, -1000.0, 4000.0));
         let d = r - place;
         let n = d.normalize();
-        DVec3::new(0.0, 21.0, -43.0) + (n * (3.0 * moment.dot(n)) - moment) * (0.1 / d.length().powi(3))
+        DVec3::new(0.0, 21.0, -43.0)
+            + (n * (3.0 * moment.dot(n)) - moment) * (0.1 / d.length().powi(3))
     }
 
     fn triangle() -> [DVec3; 3] {

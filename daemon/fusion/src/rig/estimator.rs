@@ -108,8 +108,7 @@ impl RigEstimator {
         let odd = self.gradient.as_ref().map_or([false; MAX_MEMBERS], GradientAid::odd);
         let field = self.magnetism.step(&readings, &odd, (angle, span_s), &self.geometry);
         let counting = || steps.iter().zip(admitted).filter(|(_, a)| *a).filter_map(|(s, _)| *s);
-        let (bridged, saturated) =
-            (counting().any(|s| s.bridged), counting().any(|s| s.saturated));
+        let (bridged, saturated) = (counting().any(|s| s.bridged), counting().any(|s| s.saturated));
         let mag = field.filter(|_| !self.is_held()).map(Mag::new);
         let step = self.estimator.step(&Step { time, increment, mag, bridged, saturated });
         let gradient = self.by_gradient(&increment, &readings, step.at_rest);
@@ -261,6 +260,7 @@ fn of_many(one: SensorNoise, count: usize) -> SensorNoise {
         accel_bias_walk: one.accel_bias_walk * share,
         accel_bias_sigma: one.accel_bias_sigma * share,
         mag_sigma_ut: one.mag_sigma_ut * share,
+        ..one
     }
 }
 

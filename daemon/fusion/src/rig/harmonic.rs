@@ -121,11 +121,7 @@ impl Basis {
 /// The gradient matrix `∂B/∂r` out of five numbers, µT/m: xx, xy, yy, xz, yz.
 pub(crate) fn gradient(g: &[f64]) -> DMat3 {
     let [xx, xy, yy, xz, yz] = [g[0], g[1], g[2], g[3], g[4]];
-    DMat3::from_cols(
-        DVec3::new(xx, xy, xz),
-        DVec3::new(xy, yy, yz),
-        DVec3::new(xz, yz, -xx - yy),
-    )
+    DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, -xx - yy))
 }
 
 /// `∂B(r)/∂c`: one row of weights for each component of the field.
@@ -147,11 +143,8 @@ pub(crate) const MOVING: usize = (DEGREE - 1) * (DEGREE + 1);
 pub(crate) fn slope(c: &Coefficients) -> [[f64; 3]; MOVING] {
     core::array::from_fn(|k| {
         let Order { x, y, z } = ORDERS[k];
-        let along_z = if z == 0 {
-            at(c, x, y, 1)
-        } else {
-            -at(c, x + 2, y, 0) - at(c, x, y + 2, 0)
-        };
+        let along_z =
+            if z == 0 { at(c, x, y, 1) } else { -at(c, x + 2, y, 0) - at(c, x, y + 2, 0) };
         [at(c, x + 1, y, z), at(c, x, y + 1, z), along_z]
     })
 }

@@ -118,18 +118,19 @@ impl Magnetism {
             self.beside[member] += share * (own.field - others - self.beside[member]);
             let size = libm::sqrt(self.beside[member].length_squared());
             let limit = allowed_ut * if self.alone[member] { END } else { 1.0 };
-            let largest = (0..geometry.count()).filter(|&k| k != member && !self.is_alone(k)).all(|k| {
-                self.beside[k].length_squared() < self.beside[member].length_squared()
-            });
+            let largest = (0..geometry.count())
+                .filter(|&k| k != member && !self.is_alone(k))
+                .all(|k| self.beside[k].length_squared() < self.beside[member].length_squared());
             self.alone[member] = size > limit && (self.alone[member] || largest);
         }
     }
 
     /// What the others say about a member's place, µT, and how far it may differ.
     fn by_others(&self, member: usize, geometry: &Geometry) -> Option<(DVec3, f64)> {
-        let others = (0..geometry.count()).filter(|&k| k != member && !self.is_alone(k)).filter_map(|k| {
-            self.latest[k].map(|latest| (geometry.magnetometer_arm_m(k), latest.field))
-        });
+        let others =
+            (0..geometry.count()).filter(|&k| k != member && !self.is_alone(k)).filter_map(|k| {
+                self.latest[k].map(|latest| (geometry.magnetometer_arm_m(k), latest.field))
+            });
         let count = others.clone().count();
         if count < 2 {
             return None;

@@ -84,6 +84,9 @@ mod tests {
     #[test]
     fn a_diagonal_matrix_and_none_at_all_are_no_trouble() {
         assert_eq!(eigen(DMat3::ZERO).values, DVec3::ZERO);
-        assert_eq!(eigen(DMat3::from_diagonal(DVec3::new(1.0, 3.0, 2.0))).values, DVec3::new(3.0, 2.0, 1.0));
+        assert_eq!(
+            eigen(DMat3::from_diagonal(DVec3::new(1.0, 3.0, 2.0))).values,
+            DVec3::new(3.0, 2.0, 1.0)
+        );
     }
 }

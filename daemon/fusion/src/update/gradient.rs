@@ -36,7 +36,8 @@ pub(crate) fn update(state: &mut State, velocity: DVec3, covariance: DMat3) -> b
     let contradicts = |k: usize| {
         let e = parts.vectors.col(k);
         let residual = e.dot(velocity - state.velocity);
-        let variance = super::innovation_variance(state, &jacobian(e, state.velocity), parts.values[k]);
+        let variance =
+            super::innovation_variance(state, &jacobian(e, state.velocity), parts.values[k]);
         residual * residual > GATE_NIS * variance
     };
     if told.clone().any(contradicts) {

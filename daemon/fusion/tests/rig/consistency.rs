@@ -91,10 +91,9 @@ impl Nees {
 #[test]
 fn three_cameras_are_as_sure_as_they_may_be_and_better_than_one() {
     let (three, one) = (Nees::of(3), Nees::of(1));
-    for (what, sum, (low, high)) in [
-        ("tilt", three.tilt, (0.4, 1.6)),
-        ("gyroscope bias", three.gyro_bias, (0.4, 1.8)),
-    ] {
+    for (what, sum, (low, high)) in
+        [("tilt", three.tilt, (0.4, 1.6)), ("gyroscope bias", three.gyro_bias, (0.4, 1.8))]
+    {
         let value = sum / three.count;
         assert!((low..high).contains(&value), "{what}: {value:.2} is not in {low} to {high}");
     }

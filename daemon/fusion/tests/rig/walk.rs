@@ -42,7 +42,8 @@ impl Walk {
             let x = (since / RAMP_S).clamp(0.0, 1.0);
             RAMP_S * (x * x * x - 0.5 * x * x * x * x) + (since - RAMP_S).max(0.0)
         };
-        let signed = |(k, at): (usize, &f64)| (if k % 2 == 0 { 1.0 } else { -1.0 }) * ramp(time_s - at);
+        let signed =
+            |(k, at): (usize, &f64)| (if k % 2 == 0 { 1.0 } else { -1.0 }) * ramp(time_s - at);
         self.speed_m_s * self.starts_and_stops.iter().enumerate().map(signed).sum::<f64>()
     }
 

@@ -17,7 +17,8 @@ use glam::{DMat3, DVec3};
 
 use super::super::geometry::MAX_MEMBERS;
 use super::super::harmonic::{
-    self, COEFFICIENTS, Coefficients, DEGREE, GRADIENT, GRADIENTS, MOVING, degree, slope, translation,
+    self, COEFFICIENTS, Coefficients, DEGREE, GRADIENT, GRADIENTS, MOVING, degree, slope,
+    translation,
 };
 use super::GradientParameters;
 

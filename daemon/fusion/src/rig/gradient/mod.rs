@@ -19,8 +19,7 @@ use filter::{FieldFilter, Moved};
 /// Parameters of the velocity by gradient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GradientParameters {
-    /// Length of a window, s. Short follows fields that bend sharply, long averages more noise.
-    /// Default 0.5.
+    /// Length of a window, s. Short corrects more often, long averages more noise. Default 0.95.
     pub window_s: f64,
     /// Noise of one magnetometer reading, 1σ, µT, as far as it is independent. Default 0.5.
     pub mag_sigma_ut: f64,
@@ -29,18 +28,20 @@ pub struct GradientParameters {
     pub residual_bias_ut: f64,
     /// Walk of that bias, 1σ after one second or after one radian (soft iron), µT. Default 0.01.
     pub bias_walk_ut: f64,
-    /// How far the field's curvature walks in a metre at least, 1σ, µT/m². Default 3.
+    /// How far the field's curvature walks in a metre at least, 1σ, µT/m². Default 5.
     pub roughness_ut_m2: f64,
-    /// The same for each unit of what it is, 1/√m. Default 2.
+    /// The same for each unit of what it is, 1/√m. Default 1.
     pub liveliness_per_m: f64,
-    /// Distance over which the polynomial is used, m. Default 0.3.
+    /// Distance over which the polynomial is used, m. Default 0.1.
     pub reach_m: f64,
     /// Unforeseen change of velocity, 1σ after one second, m/s: accelerometer noise, tilt. Default 0.03.
     pub acceleration_density: f64,
     /// Error of a turn, 1σ after one radian, rad. Default 2e-3.
     pub turn_error_rad: f64,
-    /// Factor on the pose filter's velocity sigma, and floor, m/s, of what a window starts from.
+    /// A window starts from the pose filter's velocity, which its answer then does not contain; factor on
+    /// that velocity's sigma. Default 2.5.
     pub prior_factor: f64,
+    /// Added to it, 1σ, m/s. Default 0.2.
     pub prior_sigma_m_s: f64,
     /// How many times its own noise the gradient must be in a direction that counts. Default 4.
     pub contrast: f64,
@@ -55,14 +56,14 @@ pub struct GradientParameters {
     /// Least breadth of the magnetometers' array, m. Default 0.05.
     pub min_breadth_m: f64,
     /// Variance of a window's velocity over what the filter says: biases and gradient errors outlive a
-    /// window. Default 3.
+    /// window. Default 1.2.
     pub deweight: f64,
 }
 
 impl Default for GradientParameters {
     fn default() -> Self {
         Self {
-            window_s: 1.0,
+            window_s: 0.95,
             mag_sigma_ut: 0.5,
             residual_bias_ut: 0.7,
             bias_walk_ut: 0.01,
@@ -177,8 +178,7 @@ pub(crate) struct GradientAid {
     odd_s: [f64; MAX_MEMBERS],
 }
 
-const UNMOVED: Moved =
-    Moved { span_s: 0.0, gain: DVec3::ZERO, way: DVec3::ZERO, turn_rad: 0.0 };
+const UNMOVED: Moved = Moved { span_s: 0.0, gain: DVec3::ZERO, way: DVec3::ZERO, turn_rad: 0.0 };
 
 /// A reading is odd so many sigma from what was foreseen, and alone after so many seconds of it.
 const ODD_SIGMAS: f64 = 3.5;
