@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use lodestone_config::model::{
     AxisMap, Camera, CameraModel, Config, Disturbance, DriverKind, Estimator, Fault, FaultKind,
     HeadingMode, Instrument, Lane, MagneticDistortion, Motor, Mounting, North, Replay, RigidBody,
-    SensorErrors, SharedMemory, Synthetic, Threads, TrajectoryKind, Transport, ValidityBounds,
-    World,
+    SensorErrors, SharedMemory, Steel, Synthetic, Threads, TrajectoryKind, Transport,
+    ValidityBounds, World,
 };
 use lodestone_config::{KeyInfo, explain, keys};
 use serde::de::DeserializeOwned;
@@ -21,6 +21,7 @@ fn full_camera() -> Camera {
         model: CameraModel::Zed2i,
         body: Some("car".into()),
         mounting: Mounting::default(),
+        magnetometer_position_m: [0.0; 3],
         axis_map: Some(AxisMap::default()),
         noise: Some(CameraModel::Zed2i.noise()),
         imu_delay_s: 0.004,
@@ -59,11 +60,15 @@ fn full_synthetic() -> Synthetic {
 
 fn full_config() -> Config {
     Config {
-        world: World { year: Some(2026.0), ..World::default() },
+        world: World {
+            year: Some(2026.0),
+            steel: vec![Steel { position_m: [1.0; 3], moment_a_m2: [1.0; 3] }],
+            ..World::default()
+        },
         shared_memory: SharedMemory::default(),
         lane: Lane { step_rate_hz: Some(400.0), ..Lane::default() },
         estimator: Estimator { validity: ValidityBounds::default(), ..Estimator::default() },
-        body: vec![RigidBody { name: "car".into(), vehicle: true }],
+        body: vec![RigidBody { name: "car".into(), vehicle: true, gradient: true }],
         camera: vec![full_camera()],
     }
 }

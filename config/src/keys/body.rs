@@ -15,4 +15,12 @@ pub(super) const BODY: &[Key] = &[
          axle that does not steer (the rear one), where it moves neither sideways nor up and down. \
          A speed counts along x. Not for boats, aircraft, or wheels that roll to every side.",
     ),
+    key(
+        "gradient",
+        Switch,
+        "",
+        "Whether the magnetic field's gradient between its cameras tells the velocity where steel makes \
+         it strong enough. It needs three cameras or more, not in a line, calibrated, with their \
+         magnetometers' places surveyed to centimetres.",
+    ),
 ];

@@ -38,6 +38,13 @@ pub(super) const CAMERA: &[Key] = &[
          moves for itself.",
     ),
     key(
+        "magnetometer_position_m",
+        Vector(plus_minus(1.0)),
+        "m",
+        "Position of the magnetometer from the IMU, in the camera's own axes (x forward, y left, z up). \
+         Counts for the field's gradient on a rig.",
+    ),
+    key(
         "axis_map",
         Axes,
         "",

@@ -46,6 +46,8 @@ pub struct Camera {
     pub body: Option<String>,
     /// Where the camera sits on its body.
     pub mounting: Mounting,
+    /// Position of the magnetometer from the IMU, in the camera's own axes, m.
+    pub magnetometer_position_m: [f64; 3],
     /// How sensor axes become body axes; see [`Camera::axes`] for what holds without it.
     pub axis_map: Option<AxisMap>,
     /// Noise of the sensors; the model's figures if absent.
@@ -71,6 +73,7 @@ impl Default for Camera {
             model: CameraModel::default(),
             body: None,
             mounting: Mounting::default(),
+            magnetometer_position_m: [0.0; 3],
             axis_map: None,
             noise: None,
             imu_delay_s: IMU_DELAY_S,

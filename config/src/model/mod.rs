@@ -41,7 +41,38 @@ pub struct Config {
     pub camera: Vec<Camera>,
 }
 
+/// Cameras that are mounted on one body: one lane, one motion.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Rig {
+    /// Index of the body in [`Config::body`].
+    pub body: usize,
+    /// Indices of its cameras in [`Config::camera`], at least two.
+    pub members: Vec<usize>,
+}
+
 impl Config {
+    /// The bodies that carry several cameras, in their order. A single camera on a body is a camera
+    /// like any other.
+    pub fn rigs(&self) -> Vec<Rig> {
+        let members = |name: &String| {
+            let on_it = |camera: &Camera| camera.body.as_ref() == Some(name);
+            let cameras = self.camera.iter().enumerate();
+            cameras.filter(|(_, camera)| on_it(camera)).map(|(index, _)| index).collect()
+        };
+        let rigs = self.body.iter().enumerate();
+        let rigs = rigs.map(|(body, rigid)| Rig { body, members: members(&rigid.name) });
+        rigs.filter(|rig| rig.members.len() > 1).collect()
+    }
+
+    /// The camera whose simulated motion a camera rides on: the first of its body, else itself.
+    pub fn leader_of<'a>(&'a self, camera: &'a Camera) -> &'a Camera {
+        let first = |name: &String| {
+            let on_it = |other: &&Camera| other.body.as_ref() == Some(name);
+            self.camera.iter().find(on_it)
+        };
+        camera.body.as_ref().and_then(first).unwrap_or(camera)
+    }
+
     /// The body that a camera sits on, if it names one.
     pub fn body_of(&self, camera: &Camera) -> Option<&RigidBody> {
         let name = camera.body.as_ref()?;
@@ -74,6 +105,18 @@ pub struct World {
     pub altitude_m: f64,
     /// Decimal year for the World Magnetic Model; today if absent.
     pub year: Option<f64>,
+    /// Magnetised steel in the simulated world.
+    pub steel: Vec<Steel>,
+}
+
+/// A piece of magnetised steel that stands still, as a dipole.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Steel {
+    /// Where it stands in the world, m.
+    pub position_m: [f64; 3],
+    /// Its dipole moment in the world, A m².
+    pub moment_a_m2: [f64; 3],
 }
 
 impl Default for World {
@@ -85,6 +128,7 @@ impl Default for World {
             longitude_deg: 11.668,
             altitude_m: 480.0,
             year: None,
+            steel: Vec::new(),
         }
     }
 }

@@ -102,7 +102,7 @@ mod tests {
     use crate::testing::Normal;
 
     fn dipole(r: DVec3) -> DVec3 {
-        let (place, moment) = (DVec3::new(3.0, -4.0, 2.0), DVec3::new(3000.0, -1000.0, 4000.0));
+        let (place, moment) = (DVec3::new(6.0, -8.0, 4.0), DVec3::new(48e3, -16e3, 64e3));
         let d = r - place;
         let n = d.normalize();
         DVec3::new(0.0, 21.0, -43.0)
@@ -115,14 +115,14 @@ mod tests {
 
     #[test]
     fn three_magnetometers_see_a_dipoles_gradient() {
-        // Given a dipole five metres away, when three read it, then field and gradient at their centre
+        // Given a dipole eleven metres away, when three read it, then field and gradient at their centre
         // are those of the closed form, to what its curvature leaves.
         let fit = FieldFit::of(triangle().into_iter().map(|r| (r, dipole(r)))).unwrap();
         assert!((fit.field_ut - dipole(DVec3::ZERO)).length() < 0.1);
         for (axis, unit) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
             let exact = (dipole(unit * 1e-4) - dipole(unit * -1e-4)) / 2e-4;
             let off = (fit.gradient_ut_m.col(axis) - exact).length();
-            assert!(off < 0.12 * exact.length().max(2.0), "axis {axis}: {off} of {exact}");
+            assert!(off < 0.1 * exact.length().max(2.0), "axis {axis}: {off} of {exact}");
         }
     }
 

@@ -38,6 +38,7 @@ pub struct MemberStatus {
 
 /// What one step did.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a fact of its own about a step")]
 pub struct RigReport {
     /// The step's end.
     pub time: SensorTime,
@@ -106,7 +107,7 @@ impl RigEstimator {
         let readings = self.readings(steps);
         let angle = increment.angle;
         let odd = self.gradient.as_ref().map_or([false; MAX_MEMBERS], GradientAid::odd);
-        let field = self.magnetism.step(&readings, &odd, (angle, span_s), &self.geometry);
+        let field = self.magnetism.step(&readings, odd, (angle, span_s), &self.geometry);
         let counting = || steps.iter().zip(admitted).filter(|(_, a)| *a).filter_map(|(s, _)| *s);
         let (bridged, saturated) = (counting().any(|s| s.bridged), counting().any(|s| s.saturated));
         let mag = field.filter(|_| !self.is_held()).map(Mag::new);
@@ -158,8 +159,8 @@ impl RigEstimator {
             self.voting.pardon();
             admitted = centred.map(|c| c.is_some());
         }
-        let increment = self.virtual_imu.fuse(&members, &admitted, &self.geometry, span_s)?;
-        self.virtual_imu.learn(&members, &admitted, &self.geometry, &increment);
+        let increment = self.virtual_imu.fuse(&members, admitted, &self.geometry, span_s)?;
+        self.virtual_imu.learn(&members, admitted, &self.geometry, &increment);
         Some((increment, admitted))
     }
 
@@ -174,7 +175,7 @@ impl RigEstimator {
                 change.max_element() < ROUNDING
             })
         });
-        self.voting.note_repeats(&repeats);
+        self.voting.note_repeats(repeats);
     }
 
     /// Pose and motion of the filter point, once aligned.

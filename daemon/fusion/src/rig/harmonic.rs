@@ -38,10 +38,14 @@ struct Order {
 /// All coefficients in order of their degree.
 const ORDERS: [Order; COEFFICIENTS] = orders();
 
+/// [`DEGREE`] as what is counted with here.
+#[allow(clippy::cast_possible_wrap, reason = "a few")]
+const HIGHEST: i32 = DEGREE as i32;
+
 const fn orders() -> [Order; COEFFICIENTS] {
     let mut all = [Order { x: 0, y: 0, z: 0 }; COEFFICIENTS];
     let (mut next, mut degree) = (0, 1);
-    while degree <= DEGREE as i32 {
+    while degree <= HIGHEST {
         let mut z = 0;
         while z <= 1 {
             let mut y = 0;
@@ -92,7 +96,7 @@ impl Basis {
             return 0.0;
         }
         let (mut sum, mut sign) = (0.0, 1.0);
-        for k in 0..=(a + b) / 2 {
+        for k in 0..=i32::midpoint(a, b) {
             let mut choose = 1.0;
             for j in 0..=k {
                 let (p, q) = (a - 2 * j, b - 2 * (k - j));

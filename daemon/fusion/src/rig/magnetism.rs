@@ -87,7 +87,7 @@ impl Magnetism {
     pub(crate) fn step(
         &mut self,
         readings: &Readings,
-        odd: &[bool; MAX_MEMBERS],
+        odd: [bool; MAX_MEMBERS],
         (angle, span_s): (DVec3, f64),
         geometry: &Geometry,
     ) -> Option<DVec3> {
@@ -102,7 +102,7 @@ impl Magnetism {
             *latest = latest.filter(|l| l.age_s < STALE_S);
         }
         self.compare(readings, geometry);
-        self.odd = *odd;
+        self.odd = odd;
         self.mean(span_s)
     }
 

@@ -90,7 +90,7 @@ impl VirtualImu {
     pub(crate) fn fuse(
         &mut self,
         members: &[Option<Inertial>; MAX_MEMBERS],
-        admitted: &[bool; MAX_MEMBERS],
+        admitted: [bool; MAX_MEMBERS],
         geometry: &Geometry,
         span_s: f64,
     ) -> Option<Increment> {
@@ -115,14 +115,16 @@ impl VirtualImu {
     pub(crate) fn learn(
         &mut self,
         members: &[Option<Inertial>; MAX_MEMBERS],
-        admitted: &[bool; MAX_MEMBERS],
+        admitted: [bool; MAX_MEMBERS],
         geometry: &Geometry,
         fused: &Increment,
     ) {
         let span_s = fused.span_s;
         let (rate, force) = (fused.angle / span_s, fused.velocity / span_s);
         for (k, read) in members.iter().enumerate() {
-            let Some(read) = read.filter(|_| admitted[k]) else { continue };
+            // One that never counted yet is got to know first.
+            let known = self.knows(k);
+            let Some(read) = read.filter(|_| admitted[k] || !known) else { continue };
             self.learnt_s[k] = (self.learnt_s[k] + span_s).min(OFFSET_S);
             let felt = lever_arm(rate, self.acceleration, geometry.imu_arm_m(k));
             let beside = Inertial { rate: read.rate - rate, force: read.force - felt - force };

@@ -362,9 +362,9 @@ impl Candidate {
 
 impl Voting {
     /// Tells whether each member's raw reading is the one before once more.
-    pub(crate) fn note_repeats(&mut self, repeats: &[bool; MAX_MEMBERS]) {
+    pub(crate) fn note_repeats(&mut self, repeats: [bool; MAX_MEMBERS]) {
         for (candidate, repeats) in self.candidates.iter_mut().zip(repeats) {
-            candidate.note_repeat(*repeats);
+            candidate.note_repeat(repeats);
         }
     }
 }

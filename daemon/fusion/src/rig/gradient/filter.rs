@@ -11,7 +11,7 @@
 //! ```
 //!
 //! A magnetometer at `l` reads `Rᵀ B(R l) + bias`. That is `Ḃ = −ω × B + (Rᵀ G R) v` (the paper's
-//! MagneticFieldV1 with its sign set right), with nothing differentiated.
+//! `MagneticFieldV1` with its sign set right), with nothing differentiated.
 
 use glam::{DMat3, DVec3};
 
