@@ -1,5 +1,6 @@
 //! The rig's estimator: its members' steps in, one pose out.
 
+use super::derive::{self, Point};
 use super::geometry::{Geometry, MAX_MEMBERS};
 use super::gradient::{
     Carrier, GradientAid, GradientParameters, GradientReport, GradientVerdict, Readings,
@@ -7,7 +8,8 @@ use super::gradient::{
 use super::magnetism::{Magnetism, MagnetismParameters};
 use super::virtual_imu::{Inertial, VirtualImu};
 use super::voting::{Exclusion, Given, Voting, VotingParameters};
-use crate::covariance::VELOCITY;
+use crate::aiding::{Aid, AidReport};
+use crate::covariance::{POSITION, VELOCITY};
 use crate::estimator::{Estimate, Estimator, StepReport};
 use crate::grid::{Increment, Step};
 use crate::parameters::{Parameters, SensorNoise};
@@ -114,6 +116,9 @@ impl RigEstimator {
         let step = self.estimator.step(&Step { time, increment, mag, bridged, saturated });
         let gradient = self.by_gradient(&increment, &readings, step.at_rest);
         self.watch_field(step.just_aligned);
+        if step.just_aligned {
+            self.begin_at_the_origin();
+        }
         let (torn, field_bent) = (self.voting.torn, self.bent);
         let members = core::array::from_fn(|k| self.status(k));
         Some(RigReport { time, step, members, torn, field_bent, gradient, bridged, saturated })
@@ -183,9 +188,33 @@ impl RigEstimator {
         self.estimator.estimate()
     }
 
+    /// Pose and motion of a point of the rig, once aligned.
+    pub fn estimate_at(&self, point: &Point) -> Option<Estimate> {
+        let (estimate, state) = (self.estimator.estimate()?, self.estimator.state()?);
+        Some(derive::at(point, &estimate, &state.covariance, self.virtual_imu.acceleration()))
+    }
+
+    /// Takes a measurement by others, valid up to two seconds ago; levers count from the filter point.
+    pub fn aid(&mut self, aid: &Aid) -> AidReport {
+        self.estimator.aid(aid)
+    }
+
+    /// Where the members sit.
+    pub const fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
     /// The pose's filter.
     pub const fn estimator(&self) -> &Estimator {
         &self.estimator
+    }
+
+    /// The world's origin is where the rig's origin is aligned, not the filter point.
+    fn begin_at_the_origin(&mut self) {
+        let Some(state) = self.estimator.state() else { return };
+        let place = state.orientation * self.geometry.centroid_m();
+        let known = state.covariance.block(POSITION, POSITION);
+        self.estimator.place(place, known);
     }
 
     /// Whether the compass is held: the field is bent, and the heading known without it.

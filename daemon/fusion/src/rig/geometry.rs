@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 
+use super::derive::Point;
 use crate::frame::{Body, Rotation, Vehicle};
 
 /// Most cameras of one rig.
@@ -85,6 +86,16 @@ impl Geometry {
     /// From the filter point to a member's IMU, rig's axes, m.
     pub fn imu_arm_m(&self, member: usize) -> DVec3 {
         self.mountings[member].imu_m - self.centroid_m
+    }
+
+    /// The rig's origin, with the rig's axes.
+    pub fn origin(&self) -> Point {
+        Point { arm_m: -self.centroid_m, rotation: Rotation::IDENTITY }
+    }
+
+    /// A member's IMU, with the member's axes.
+    pub fn member(&self, member: usize) -> Point {
+        Point { arm_m: self.imu_arm_m(member), rotation: self.mountings[member].rotation }
     }
 
     /// From the filter point to a member's magnetometer, rig's axes, m.

@@ -6,6 +6,7 @@
 //! ```
 
 mod array;
+mod derive;
 mod estimator;
 mod geometry;
 mod gradient;
@@ -18,6 +19,7 @@ mod voting;
 pub(crate) use symmetric::eigen;
 
 pub use array::FieldFit;
+pub use derive::Point;
 pub use estimator::{MemberStatus, RigEstimator, RigParameters, RigReport};
 pub use geometry::{Geometry, GeometryError, MAX_MEMBERS, Mounting};
 pub use gradient::{GradientParameters, GradientReport, GradientVerdict};

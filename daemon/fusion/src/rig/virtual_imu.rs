@@ -137,6 +137,11 @@ impl VirtualImu {
         }
     }
 
+    /// Angular acceleration in the last step, rad/s².
+    pub(crate) const fn acceleration(&self) -> DVec3 {
+        self.acceleration
+    }
+
     /// Size of the angular acceleration in the last step, rad/s².
     pub(crate) fn swing_rad_s2(&self) -> f64 {
         libm::sqrt(self.acceleration.length_squared())
