@@ -37,7 +37,7 @@ struct Due {
 impl Aids {
     pub(crate) fn new(p: &Parameters) -> Self {
         Self {
-            standstill: Standstill::new(false),
+            standstill: Standstill::UNKNOWN,
             since_levelling_s: 0.0,
             levelling: Levelling::new(),
             compass: Compass::new(),
@@ -51,7 +51,7 @@ impl Aids {
     /// the world that goes with the hard iron.
     pub(crate) fn cross_gap(&mut self) {
         self.hard_iron.forget_field();
-        self.standstill = Standstill::new(false);
+        self.standstill = Standstill::UNKNOWN;
     }
 
     /// The earth's rate in the world, rad/s, as far as it is known there: without a north only how it

@@ -235,7 +235,7 @@ impl Estimator {
             return StepReport { waiting: Some(self.alignment.waiting()), ..StepReport::QUIET };
         };
         self.state = Some(aligned.state);
-        self.aids.standstill = Standstill::new(aligned.at_rest);
+        self.aids.standstill = Standstill::begin(&aligned);
         if let Some(field) = aligned.field {
             self.aids.begin_with(field, aligned.field_span_s, self.parameters.heading);
         }

@@ -10,6 +10,7 @@
 use glam::DVec3;
 
 use super::{Outcome, apply_blind};
+use crate::alignment::Aligned;
 use crate::covariance::{Block, GYRO_BIAS, LEAKY_VELOCITY, Row, STATES, VELOCITY};
 use crate::grid::Increment;
 use crate::parameters::{Parameters, StanceParameters};
@@ -44,24 +45,28 @@ pub(crate) struct Standstill {
     stance: RestDetector,
     resting_s: f64,
     at_rest: bool,
-    /// The window has decided so; at the start it is the alignment that says it.
-    decided: bool,
     in_stance: bool,
     /// Velocity after the last decision, m/s.
     velocity_then: DVec3,
 }
 
 impl Standstill {
-    /// A camera that is aligned, at rest or not.
-    pub(crate) const fn new(at_rest: bool) -> Self {
+    /// Nothing decided: at the start, and after a gap.
+    pub(crate) const UNKNOWN: Self = Self {
+        rest: RestDetector::new(),
+        stance: RestDetector::new(),
+        resting_s: 0.0,
+        at_rest: false,
+        in_stance: false,
+        velocity_then: DVec3::ZERO,
+    };
+
+    /// As the alignment found the camera, if its window is the one that goes on.
+    pub(crate) fn begin(aligned: &Aligned) -> Self {
         Self {
-            rest: RestDetector::new(),
-            stance: RestDetector::new(),
-            resting_s: 0.0,
-            at_rest,
-            decided: false,
-            in_stance: false,
-            velocity_then: DVec3::ZERO,
+            rest: aligned.detector.unwrap_or_default(),
+            at_rest: aligned.detector.is_some(),
+            ..Self::UNKNOWN
         }
     }
 
@@ -72,7 +77,7 @@ impl Standstill {
 
     /// Whether the position stays where it is.
     pub(crate) const fn holds(&self) -> bool {
-        self.at_rest && self.decided
+        self.at_rest
     }
 
     /// Takes one step.
@@ -116,7 +121,6 @@ impl Standstill {
         (standing, earth_rate): (&Standing, DVec3),
         p: &Parameters,
     ) -> Option<Outcome> {
-        self.decided = true;
         self.at_rest = window.is_rest(standing, &p.rest);
         if !self.at_rest {
             self.resting_s = 0.0;

@@ -4,6 +4,7 @@ mod consistency;
 mod magnetism;
 mod scene;
 mod simulation;
+mod standing;
 mod starts;
 mod stories;
 mod streams;
