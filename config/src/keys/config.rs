@@ -228,6 +228,14 @@ const LANE: &[Key] = &[
 
 const ESTIMATOR: &[Key] = &[
     key(
+        "preset",
+        Choice(&["carried", "foot"]),
+        "",
+        "What carries the sensor: a vehicle or a hand, or a foot. On a foot every stance counts as \
+         standstill for the velocity; noise figures (unless camera.noise is given) and alignment are a \
+         foot's, and alignment_rest_s and alignment_motion_s do not count.",
+    ),
+    key(
         "heading",
         Choice(&["continuous", "adaptive", "initial-only"]),
         "",

@@ -12,7 +12,7 @@ mod synthetic;
 pub use camera::{
     AxisMap, Camera, CameraModel, DriverKind, Fault, FaultKind, Mounting, Noise, Replay, SignedAxis,
 };
-pub use estimator::{Estimator, HeadingMode, ValidityBounds};
+pub use estimator::{Estimator, HeadingMode, Preset, ValidityBounds};
 pub use lane::{Lane, SharedMemory, Threads};
 pub use synthetic::{
     Disturbance, Instrument, MagneticDistortion, Motor, SensorErrors, Synthetic, TrajectoryKind,

@@ -93,6 +93,20 @@ pub struct Estimate {
     pub magnetic_field_ut: Option<DVec3>,
 }
 
+impl Estimate {
+    /// The same in a time that runs the other way: what an estimator that goes back in time
+    /// ([`Estimator::reversed`]) says of the past.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        Self {
+            time: SensorTime::from_nanos(-self.time.as_nanos()),
+            velocity: -self.velocity,
+            angular_rate: -self.angular_rate,
+            ..*self
+        }
+    }
+}
+
 /// The estimator's state; a copy of it saves and restores the filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimator {

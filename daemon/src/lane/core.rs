@@ -155,6 +155,12 @@ impl Core {
         self.estimator.estimate_ahead(&self.grid.remainder())
     }
 
+    /// An estimator that goes back in time from the last step, and that step's time, once aligned.
+    pub fn reversed(&self) -> Option<(Estimator, SensorTime)> {
+        let time = self.estimator.estimate()?.time;
+        Some((self.estimator.reversed()?, time))
+    }
+
     /// How far the filter is.
     pub const fn phase(&self) -> Phase {
         self.phase
