@@ -3,7 +3,8 @@
 use core::time::Duration;
 
 use lodestone_schema::{
-    AlignmentWait, HeadingSource, Health, LaneState, PositionSource, ServiceKind, Status, Validity,
+    AidFlags, AlignmentWait, HeadingSource, Health, LaneState, PositionSource, ServiceKind, Status,
+    Validity,
 };
 
 use crate::error::MessageError;
@@ -110,7 +111,26 @@ impl LaneHealth {
         self.position_source
     }
 
+    /// What corrected the latest pose within its last second.
+    pub const fn aids_used(&self) -> AidFlags {
+        AidFlags::from_bits_truncate(self.message.aids_used)
+    }
+
+    /// What was refused by its gate within that second.
+    pub const fn aids_refused(&self) -> AidFlags {
+        AidFlags::from_bits_truncate(self.message.aids_refused)
+    }
+
+    /// Members of a rigid body, and whether each is in use; empty for a camera of its own.
+    pub fn members_in_use(&self) -> impl Iterator<Item = bool> + use<> {
+        let bits = self.message.members_in_use;
+        (0..u32::from(self.message.member_count))
+            .map(move |member| bits.checked_shr(member).is_some_and(|rest| rest & 1 == 1))
+    }
+
     known! {
+        /// Delay of the low-pass, which the pose has made up for, s; 0 without one.
+        group_delay_s,
         /// Samples per second over the last interval.
         sample_rate_hz,
         /// Poses per second over the last interval.

@@ -28,7 +28,8 @@ const LEAST: Validity = Validity::TILT.union(Validity::TIME);
 /// #     let valid = Validity::TILT | Validity::HEADING | Validity::POSITION | Validity::TIME;
 /// #     let pose = Pose {
 /// #         sequence: (time_ns / 1_000_000) as u64, camera_id: 0, reset_counter: 0, status: 1,
-/// #         validity: valid.bits(), heading_source: 1, position_source: 4, reserved: [0; 6],
+/// #         validity: valid.bits(), heading_source: 1, position_source: 5, aids_used: 0, aids_refused: 0,
+/// #         world_epoch: 1,
 /// #         sensor_time_ns: time_ns, time_ns, arrival_time_ns: time_ns,
 /// #         step_start_time_ns: time_ns, step_end_time_ns: time_ns, published_time_ns: time_ns,
 /// #         unix_offset_ns: 0, position_m: [x, 0.0, 0.0], velocity_m_s: [f64::NAN; 3],
@@ -69,13 +70,14 @@ impl History {
 
     /// Takes the next pose; the oldest makes room.
     ///
-    /// A pose whose sequence or time runs back, or whose reset counter differs, begins a new
-    /// history. A pose with the very time of the newest one replaces nothing and counts as newer.
+    /// A pose whose sequence or time runs back, or whose reset counter or world differs, begins a
+    /// new history. A pose with the very time of the newest one replaces nothing and counts as newer.
     pub fn push(&mut self, pose: CameraPose) {
         let continues = self.newest().is_none_or(|newest| {
             pose.sequence() > newest.sequence()
                 && pose.time_ns() >= newest.time_ns()
                 && pose.reset_counter() == newest.reset_counter()
+                && pose.world_epoch() == newest.world_epoch()
         });
         if !continues {
             self.break_off();

@@ -73,8 +73,8 @@ pub use history::History;
 pub use limits::{LookupLimits, PredictionNoise};
 pub use lodestone_schema::transport::{Availability, Domain, DomainError, OpenError};
 pub use lodestone_schema::{
-    AlignmentWait, CalibratedSample, HeadingSource, Health, LaneState, Pose, PositionSource,
-    SampleFlags, Status, Validity,
+    AidFlags, Aiding, AidingKind, AidingOrigin, AlignmentWait, CalibratedSample, DistanceSource,
+    HeadingSource, Health, LaneState, Pose, PositionSource, SampleFlags, Status, Validity,
 };
 pub use message::Message;
 pub use pose::{CameraPose, Heading, Origin};

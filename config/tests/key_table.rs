@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lodestone_config::model::{
     AxisMap, Camera, CameraModel, Config, Disturbance, DriverKind, Estimator, Fault, FaultKind,
-    HeadingMode, Instrument, Lane, MagneticDistortion, Motor, Mounting, North, Replay,
+    HeadingMode, Instrument, Lane, MagneticDistortion, Motor, Mounting, North, Replay, RigidBody,
     SensorErrors, SharedMemory, Synthetic, Threads, TrajectoryKind, Transport, ValidityBounds,
     World,
 };
@@ -19,6 +19,7 @@ fn full_camera() -> Camera {
         serial: 7,
         driver: DriverKind::Synthetic,
         model: CameraModel::Zed2i,
+        body: Some("car".into()),
         mounting: Mounting::default(),
         axis_map: Some(AxisMap::default()),
         noise: Some(CameraModel::Zed2i.noise()),
@@ -62,6 +63,7 @@ fn full_config() -> Config {
         shared_memory: SharedMemory::default(),
         lane: Lane { step_rate_hz: Some(400.0), ..Lane::default() },
         estimator: Estimator { validity: ValidityBounds::default(), ..Estimator::default() },
+        body: vec![RigidBody { name: "car".into(), vehicle: true }],
         camera: vec![full_camera()],
     }
 }
@@ -221,6 +223,7 @@ fn defaults_are_shown_where_a_file_could_say_them() {
         .map(|key| key.key)
         .collect();
     let expected = [
+        "camera.body",
         "camera.calibration",
         "camera.serial",
         "camera.synthetic.errors.accel_bias_m_s2",

@@ -11,26 +11,48 @@ code! {
     AidingKind {
         /// Speed along the body's forward axis, m/s, in `value[0]`.
         ForwardSpeed = 1,
-        /// Position of the body origin in the world, m.
+        /// Position in the world, m, of the point at `lever_arm_m`.
         Position = 2,
-        /// Position in the world, m, and orientation body to world.
+        /// Position in the world, m, of the point at `lever_arm_m`, and orientation body to world.
         Pose = 3,
+        /// Velocity in the world, m/s, of the point at `lever_arm_m`.
+        Velocity = 4,
+    }
+}
+
+code! {
+    /// What an aiding measurement was made with.
+    AidingOrigin {
+        /// Something else.
+        Other = 0,
+        /// Wheels.
+        Odometry = 1,
+        /// Satellites.
+        Gnss = 2,
+        /// Images.
+        VisualOdometry = 3,
+        /// Two clouds laid over each other.
+        CloudRegistration = 4,
     }
 }
 
 /// A measurement that another process offers to a lane.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
-#[type_name("lodestone.v1.Aiding")]
+#[type_name("lodestone.v2.Aiding")]
 pub struct Aiding {
     /// Counts the measurements of this source from 0.
     pub sequence: u64,
     /// Index of the camera in the daemon's configuration.
     pub camera_id: u32,
+    /// Epoch of the world in which position and orientation are given; 0 for any.
+    pub world_epoch: u32,
     /// Code of [`AidingKind`].
     pub kind: u8,
+    /// Code of [`AidingOrigin`].
+    pub origin: u8,
     /// Zero.
-    pub reserved: [u8; 3],
+    pub reserved: [u8; 6],
     /// Time of validity on `CLOCK_MONOTONIC`, ns.
     pub time_ns: i64,
     /// The measured value; which entries count and their unit follow from `kind`, others are `NaN`.
@@ -41,18 +63,23 @@ pub struct Aiding {
     pub value_covariance: [f64; 6],
     /// Covariance of `orientation` as a small rotation vector about the world axes, rad².
     pub orientation_covariance_rad2: [f64; 6],
+    /// The point that was measured (antenna, axle), from the body origin in the body frame, m.
+    pub lever_arm_m: [f64; 3],
 }
 
 assert_layout!(
     Aiding,
-    size = 176,
+    size = 208,
     sequence = 0,
     camera_id = 8,
-    kind = 12,
-    reserved = 13,
-    time_ns = 16,
-    value = 24,
-    orientation = 48,
-    value_covariance = 80,
-    orientation_covariance_rad2 = 128,
+    world_epoch = 12,
+    kind = 16,
+    origin = 17,
+    reserved = 18,
+    time_ns = 24,
+    value = 32,
+    orientation = 56,
+    value_covariance = 88,
+    orientation_covariance_rad2 = 136,
+    lever_arm_m = 184,
 );

@@ -26,6 +26,14 @@ bitflags! {
         const GIMBAL_LOCK = 1 << 8;
         /// Strength or dip of the field are not those of the World Magnetic Model at the configured place.
         const FIELD_UNLIKE_EARTH = 1 << 9;
+        /// The pose follows from the motion of a rigid body that carries several cameras.
+        const ON_BODY = 1 << 10;
+        /// This camera alone sees a magnetic disturbance, its companions on the body do not.
+        const DISTURBANCE_LOCAL = 1 << 11;
+        /// At least one member of the rigid body is voted out or silent.
+        const MEMBER_OUT = 1 << 12;
+        /// The position was corrected here by more than its sigma allowed, after long refusals.
+        const POSITION_JUMPED = 1 << 13;
     }
 }
 
@@ -47,6 +55,25 @@ bitflags! {
         const SPECIFIC_FORCE = 1 << 5;
         /// The sensor clock is mapped to `CLOCK_MONOTONIC`.
         const TIME = 1 << 6;
+    }
+}
+
+bitflags! {
+    /// Kinds of aids that correct a pose, for those used and those refused by their gate.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub struct AidFlags: u8 {
+        /// Standstill: zero velocity, zero rate.
+        const STANDSTILL = 1 << 0;
+        /// A speed or velocity from the aiding service.
+        const SPEED = 1 << 1;
+        /// A vehicle moves neither sideways nor up.
+        const NON_HOLONOMIC = 1 << 2;
+        /// A position from the aiding service.
+        const POSITION_FIX = 1 << 3;
+        /// A position and orientation from the aiding service.
+        const POSE_FIX = 1 << 4;
+        /// The velocity that a rig's magnetometers see in the field's gradient.
+        const GRADIENT = 1 << 5;
     }
 }
 
@@ -106,7 +133,7 @@ code! {
 }
 
 code! {
-    /// Where the position of a pose comes from.
+    /// Where the position of a pose comes from: the strongest aid that holds it now.
     PositionSource {
         /// There is no position.
         None = 0,
@@ -114,9 +141,33 @@ code! {
         Standstill = 1,
         /// Acceleration integrated twice, unaided: sigma grows.
         Inertial = 2,
-        /// A speed from the aiding service.
+        /// A speed or velocity from the aiding service.
         AidingSpeed = 3,
+        /// A vehicle's constraint (neither sideways nor up) without a speed.
+        NonHolonomic = 4,
         /// A position from the aiding service.
-        AidingPosition = 4,
+        AidingPosition = 5,
+        /// A position and orientation from the aiding service.
+        AidingPose = 6,
+        /// The velocity from the magnetic field's gradient over a rig.
+        MagneticGradient = 7,
+    }
+}
+
+code! {
+    /// Where the distance between two cameras comes from.
+    DistanceSource {
+        /// It is not known.
+        Unknown = 0,
+        /// Both are mounted on one body, and their places on it are configured.
+        Surveyed = 1,
+        /// Where each stood when it was first aligned is configured or kept; from there on, its motion.
+        CommonStart = 2,
+        /// Fixes by cloud registration from the aiding service.
+        CloudRegistration = 3,
+        /// The magnetic field's gradient over a rig holds the velocity of at least one of them.
+        MagneticGradient = 4,
+        /// Fixes of position or pose from the aiding service.
+        PositionFix = 5,
     }
 }

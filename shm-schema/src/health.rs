@@ -63,11 +63,11 @@ impl AlignmentWait {
 /// Counters start at 0 with the daemon and never decrease.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
-#[type_name("lodestone.v1.Health")]
+#[type_name("lodestone.v2.Health")]
 pub struct Health {
     /// Counts the health messages of this lane from 0.
     pub sequence: u64,
-    /// Index of the camera in the daemon's configuration.
+    /// Index of the camera in the daemon's configuration; bodies count on after the cameras.
     pub camera_id: u32,
     /// Number of cameras in the daemon's configuration.
     pub camera_count: u32,
@@ -91,8 +91,16 @@ pub struct Health {
     pub position_source: u8,
     /// Code of [`AlignmentWait`]: why a lane that aligns has no pose yet.
     pub alignment_wait: u8,
+    /// Bits of [`crate::AidFlags`]: what corrected the latest pose within its last second.
+    pub aids_used: u8,
+    /// Bits of [`crate::AidFlags`]: what was refused by its gate within that second.
+    pub aids_refused: u8,
+    /// Cameras that a rigid body carries; 0 for a camera of its own.
+    pub member_count: u8,
     /// Zero.
-    pub reserved: [u8; 8],
+    pub reserved: u8,
+    /// Epoch of the world of the latest pose; 0 while there is none.
+    pub world_epoch: u32,
     /// Samples per second over the last interval; `NaN` before the first.
     pub sample_rate_hz: f64,
     /// Poses per second over the last interval; `NaN` before the first.
@@ -131,11 +139,21 @@ pub struct Health {
     pub resets: u64,
     /// Messages the transport refused.
     pub publish_errors: u64,
+    /// Aiding measurements that corrected the filter.
+    pub aiding_used: u64,
+    /// Aiding measurements refused by their gate, or too late.
+    pub aiding_refused: u64,
+    /// Aiding measurements that make no sense: not finite, unknown code, of the future.
+    pub aiding_invalid: u64,
+    /// One bit for each member of a rigid body in use, the first in bit 0; 0 for a camera of its own.
+    pub members_in_use: u64,
+    /// Delay of the low-pass, which the pose has made up for, s; 0 without one, `NaN` when unknown.
+    pub group_delay_s: f64,
 }
 
 assert_layout!(
     Health,
-    size = 216,
+    size = 256,
     sequence = 0,
     camera_id = 8,
     camera_count = 12,
@@ -149,7 +167,11 @@ assert_layout!(
     heading_source = 53,
     position_source = 54,
     alignment_wait = 55,
-    reserved = 56,
+    aids_used = 56,
+    aids_refused = 57,
+    member_count = 58,
+    reserved = 59,
+    world_epoch = 60,
     sample_rate_hz = 64,
     pose_rate_hz = 72,
     latency_p50_s = 80,
@@ -169,4 +191,9 @@ assert_layout!(
     reconnects = 192,
     resets = 200,
     publish_errors = 208,
+    aiding_used = 216,
+    aiding_refused = 224,
+    aiding_invalid = 232,
+    members_in_use = 240,
+    group_delay_s = 248,
 );

@@ -29,7 +29,8 @@ mod tests {
     use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
     use crate::{
-        Aiding, CalibratedSample, Health, Pose, SCHEMA_VERSION, ServiceKind, camera_of, version_of,
+        Aiding, CalibratedSample, Health, Pose, Relative, Request, SCHEMA_VERSION, ServiceKind,
+        StaticTransform, WORLD_NAME, World, camera_of, is_camera_name, version_of,
     };
 
     /// The name that iceoryx2 compares.
@@ -46,14 +47,21 @@ mod tests {
         assert_eq!(transport_name::<CalibratedSample>(), named("CalibratedSample"));
         assert_eq!(transport_name::<Health>(), named("Health"));
         assert_eq!(transport_name::<Aiding>(), named("Aiding"));
+        assert_eq!(transport_name::<World>(), named("World"));
+        assert_eq!(transport_name::<Relative>(), named("Relative"));
+        assert_eq!(transport_name::<StaticTransform>(), named("StaticTransform"));
+        assert_eq!(transport_name::<Request>(), named("Request"));
     }
 
     #[test]
     fn every_service_name_bears_the_schema_version_and_the_camera() {
-        for kind in ServiceKind::ALL {
-            let name = kind.of("front").to_string();
+        let of_lane = ServiceKind::OF_LANE.map(|kind| (kind, "front"));
+        let of_daemon = ServiceKind::OF_DAEMON.map(|kind| (kind, WORLD_NAME));
+        for (kind, whose) in of_lane.into_iter().chain(of_daemon) {
+            let name = kind.of(whose).to_string();
             assert_eq!(version_of(&name), Some(SCHEMA_VERSION), "{name}");
-            assert_eq!(camera_of(&name, kind), Some("front"), "{name}");
+            assert_eq!(camera_of(&name, kind), Some(whose), "{name}");
         }
+        assert!(!is_camera_name(WORLD_NAME), "a camera could take the daemon's own services");
     }
 }

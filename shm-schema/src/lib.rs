@@ -23,30 +23,42 @@ mod aiding;
 mod flags;
 mod health;
 mod layout;
+mod name;
 mod pose;
+mod relative;
+mod request;
 mod sample;
 mod service;
+mod transform;
 #[cfg(feature = "transport")]
 pub mod transport;
+mod world;
 
-pub use aiding::{Aiding, AidingKind};
-pub use flags::{HeadingSource, PositionSource, SampleFlags, Status, Validity};
+pub use aiding::{Aiding, AidingKind, AidingOrigin};
+pub use flags::{
+    AidFlags, DistanceSource, HeadingSource, PositionSource, SampleFlags, Status, Validity,
+};
 pub use health::{AlignmentWait, Health, LaneState};
+pub use name::{NAME_BYTES, name_of, to_name};
 pub use pose::Pose;
+pub use relative::Relative;
+pub use request::{Request, RequestKind};
 pub use sample::CalibratedSample;
 pub use service::{
-    DEFAULT_PREFIX, DEFAULT_ROOT, MAX_CAMERA_NAME_LEN, ServiceKind, camera_of, is_camera_name,
-    version_of,
+    DEFAULT_PREFIX, DEFAULT_ROOT, MAX_CAMERA_NAME_LEN, ServiceKind, WORLD_NAME, camera_of,
+    is_camera_name, version_of,
 };
+pub use transform::{StaticTransform, TransformKind};
+pub use world::{NorthKind, World, WorldState};
 
 /// Version of every message in this crate.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// Key of the service attribute whose value is [`SCHEMA_VERSION`] in decimal.
 pub const VERSION_ATTRIBUTE: &str = "lodestone.schema_version";
 
 /// [`SCHEMA_VERSION`] as the text of the service attribute.
-pub const VERSION_ATTRIBUTE_VALUE: &str = "1";
+pub const VERSION_ATTRIBUTE_VALUE: &str = "2";
 
 const _: () = assert!(
     matches!(u32::from_str_radix(VERSION_ATTRIBUTE_VALUE, 10), Ok(SCHEMA_VERSION)),

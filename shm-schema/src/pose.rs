@@ -8,14 +8,15 @@ use crate::layout::assert_layout;
 /// Where a camera is and which way it looks, at one instant of the fixed step.
 ///
 /// The body frame is the camera's IMU frame (x forward, y left, z up); the world frame is east,
-/// north, up with its origin where the lane was aligned.
+/// north, up, one for all cameras ([`crate::World`]). A rigid body of several cameras publishes
+/// its pose as a camera does, under its own name.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
-#[type_name("lodestone.v1.Pose")]
+#[type_name("lodestone.v2.Pose")]
 pub struct Pose {
     /// Counts the poses of this lane from 0; a difference above 1 is what a consumer lost.
     pub sequence: u64,
-    /// Index of the camera in the daemon's configuration.
+    /// Index of the camera in the daemon's configuration; bodies count on after the cameras.
     pub camera_id: u32,
     /// Counts re-initialisations; poses on either side of a change do not share a history.
     pub reset_counter: u32,
@@ -27,8 +28,13 @@ pub struct Pose {
     pub heading_source: u8,
     /// Code of [`crate::PositionSource`].
     pub position_source: u8,
-    /// Zero.
-    pub reserved: [u8; 6],
+    /// Bits of [`crate::AidFlags`]: what corrected the pose within the last second.
+    pub aids_used: u8,
+    /// Bits of [`crate::AidFlags`]: what was refused by its gate within the last second.
+    pub aids_refused: u8,
+    /// Epoch of the world, from 1, raised each time the world is defined anew: poses of different
+    /// epochs do not compare. 0 while there is no world yet.
+    pub world_epoch: u32,
     /// Time of validity in the sensor's own clock, ns.
     pub sensor_time_ns: i64,
     /// Time of validity on `CLOCK_MONOTONIC`, ns; never decreases within a lane.
@@ -43,7 +49,7 @@ pub struct Pose {
     pub published_time_ns: i64,
     /// Add to any `CLOCK_MONOTONIC` time here to get nanoseconds since the UNIX epoch.
     pub unix_offset_ns: i64,
-    /// Body origin in the world, m.
+    /// Body origin in the world, m; an infinite covariance declares that it is not known.
     pub position_m: [f64; 3],
     /// Velocity of the body origin in the world, m/s.
     pub velocity_m_s: [f64; 3],
@@ -71,7 +77,9 @@ assert_layout!(
     validity = 20,
     heading_source = 24,
     position_source = 25,
-    reserved = 26,
+    aids_used = 26,
+    aids_refused = 27,
+    world_epoch = 28,
     sensor_time_ns = 32,
     time_ns = 40,
     arrival_time_ns = 48,

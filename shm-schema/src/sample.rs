@@ -10,7 +10,7 @@ use crate::layout::assert_layout;
 /// Filter estimates (biases) are not subtracted: this is what the filter was given.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
-#[type_name("lodestone.v1.CalibratedSample")]
+#[type_name("lodestone.v2.CalibratedSample")]
 pub struct CalibratedSample {
     /// Counts the samples of this lane from 0.
     pub sequence: u64,

@@ -15,7 +15,10 @@ pub const DEFAULT_ROOT: &str = "/dev/shm/lodestone/";
 /// Longest camera name, bytes.
 pub const MAX_CAMERA_NAME_LEN: usize = 32;
 
-/// The services a lane has.
+/// Stands for a camera in the names of the services that a daemon has once; no camera can be named so.
+pub const WORLD_NAME: &str = "@world";
+
+/// The services a lane has, and those a daemon has once, under [`WORLD_NAME`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ServiceKind {
     /// [`crate::Pose`], one per grid step.
@@ -30,12 +33,23 @@ pub enum ServiceKind {
     Wake,
     /// [`crate::Pose`] holding the truth of a synthetic world; for demonstrations and tests.
     Truth,
+    /// [`crate::World`], about once a second; once for a daemon.
+    World,
+    /// [`crate::Relative`], for each pair of cameras; once for a daemon.
+    Relative,
+    /// [`crate::StaticTransform`], each edge of the tree of frames; once for a daemon.
+    Transforms,
+    /// [`crate::Request`], from others to the daemon; once for a daemon.
+    Request,
 }
 
 impl ServiceKind {
-    /// Every kind.
-    pub const ALL: [Self; 6] =
+    /// Every kind that a lane has.
+    pub const OF_LANE: [Self; 6] =
         [Self::Pose, Self::Sample, Self::Health, Self::Aiding, Self::Wake, Self::Truth];
+
+    /// Every kind that a daemon has once.
+    pub const OF_DAEMON: [Self; 4] = [Self::World, Self::Relative, Self::Transforms, Self::Request];
 
     const fn word(self) -> &'static str {
         match self {
@@ -45,15 +59,19 @@ impl ServiceKind {
             Self::Aiding => "aiding",
             Self::Wake => "wake",
             Self::Truth => "truth",
+            Self::World => "world",
+            Self::Relative => "relative",
+            Self::Transforms => "transforms",
+            Self::Request => "request",
         }
     }
 
-    /// The service's name for one camera, to be formatted: `lodestone/v1/<camera>/pose`.
+    /// The service's name for one camera, to be formatted: `lodestone/v2/<camera>/pose`.
     ///
     /// ```
     /// use lodestone_schema::ServiceKind;
     /// extern crate std;
-    /// assert_eq!(std::format!("{}", ServiceKind::Pose.of("front")), "lodestone/v1/front/pose");
+    /// assert_eq!(std::format!("{}", ServiceKind::Pose.of("front")), "lodestone/v2/front/pose");
     /// ```
     pub const fn of(self, camera: &str) -> impl fmt::Display + '_ {
         Name { kind: self, camera }
@@ -87,8 +105,8 @@ pub fn version_of(service_name: &str) -> Option<u32> {
 ///
 /// ```
 /// use lodestone_schema::{ServiceKind, camera_of};
-/// assert_eq!(camera_of("lodestone/v1/front/pose", ServiceKind::Pose), Some("front"));
-/// assert_eq!(camera_of("lodestone/v1/front/health", ServiceKind::Pose), None);
+/// assert_eq!(camera_of("lodestone/v2/front/pose", ServiceKind::Pose), Some("front"));
+/// assert_eq!(camera_of("lodestone/v2/front/health", ServiceKind::Pose), None);
 /// ```
 pub fn camera_of(service_name: &str, kind: ServiceKind) -> Option<&str> {
     version_of(service_name)?;

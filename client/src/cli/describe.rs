@@ -24,7 +24,7 @@ pub(super) fn code(variant: impl Debug) -> String {
 
 /// What is wrong with a lane, by its status and counters.
 pub(super) fn problems(health: Option<&LaneHealth>, status: Status) -> Vec<String> {
-    const WARNINGS: [(Status, &str); 7] = [
+    const WARNINGS: [(Status, &str); 10] = [
         (Status::MAGNETIC_DISTURBANCE, "magnetic disturbance: the magnetometer is not trusted"),
         (
             Status::FIELD_UNLIKE_EARTH,
@@ -35,6 +35,12 @@ pub(super) fn problems(health: Option<&LaneHealth>, status: Status) -> Vec<Strin
         (Status::BRIDGED, "samples are being lost and bridged"),
         (Status::SATURATED, "a sensor is at the end of its range"),
         (Status::DEGRADED, "a gap too long to bridge was crossed"),
+        (
+            Status::DISTURBANCE_LOCAL,
+            "this camera alone sees the disturbance: something beside it is magnetic",
+        ),
+        (Status::MEMBER_OUT, "a camera of this body is voted out or silent"),
+        (Status::POSITION_JUMPED, "the position was corrected by more than its sigma allowed"),
         (Status::GIMBAL_LOCK, "pitch is near ±90°: yaw and roll are not separate"),
     ];
     let set = WARNINGS.iter().filter(|(flag, _)| status.contains(*flag));
@@ -69,6 +75,8 @@ fn counted(health: &LaneHealth) -> Vec<String> {
         (m.reconnects, "reconnects"),
         (m.resets, "filter resets"),
         (m.publish_errors, "messages refused by the transport"),
+        (m.aiding_refused, "aiding measurements refused"),
+        (m.aiding_invalid, "aiding measurements not understood"),
     ];
     let nonzero = counters.iter().filter(|(count, _)| *count > 0);
     nonzero.map(|(count, what)| format!("{count} {what} since start")).collect()

@@ -12,6 +12,7 @@ pub(super) struct PoseLine<'a> {
     sequence: u64,
     camera_id: u32,
     reset_counter: u32,
+    world_epoch: Option<u32>,
     origin: &'static str,
     predicted_ahead_ns: Option<i64>,
     time_ns: i64,
@@ -31,6 +32,8 @@ pub(super) struct PoseLine<'a> {
     orientation_covariance_rad2: Option<[f64; 6]>,
     heading_source: String,
     position_source: String,
+    aids_used: Vec<String>,
+    aids_refused: Vec<String>,
     status: Vec<String>,
     valid: Vec<String>,
 }
@@ -44,6 +47,7 @@ impl<'a> PoseLine<'a> {
             sequence: pose.sequence(),
             camera_id: pose.camera_id(),
             reset_counter: pose.reset_counter(),
+            world_epoch: Some(pose.world_epoch()).filter(|&epoch| epoch > 0),
             origin,
             predicted_ahead_ns,
             time_ns: pose.time_ns(),
@@ -69,6 +73,8 @@ impl<'a> PoseLine<'a> {
                 .map(|_| message.orientation_covariance_rad2),
             heading_source: code(pose.heading_source()),
             position_source: code(pose.position_source()),
+            aids_used: bits(pose.aids_used()),
+            aids_refused: bits(pose.aids_refused()),
             status: bits(pose.status()),
             valid: bits(pose.validity()),
         }

@@ -32,6 +32,13 @@ pub(super) struct Report {
     pub(super) position_m: Option<[f64; 3]>,
     pub(super) position_sigma_m: Option<f64>,
     pub(super) position_source: Option<String>,
+    pub(super) aids_used: Vec<String>,
+    pub(super) aids_refused: Vec<String>,
+    /// Epoch of the world the position is in.
+    pub(super) world_epoch: Option<u32>,
+    pub(super) group_delay_s: Option<f64>,
+    /// Whether each member of a rigid body is in use.
+    pub(super) members_in_use: Option<Vec<bool>>,
     pub(super) temperature_c: Option<f64>,
     pub(super) magnetic_norm_ut: Option<f64>,
     pub(super) status: Vec<String>,
@@ -43,6 +50,10 @@ pub(super) struct Report {
     pub(super) reconnects: Option<u64>,
     pub(super) resets: Option<u64>,
     pub(super) publish_errors: Option<u64>,
+    /// Aiding measurements used, refused by their gate, and not understood.
+    pub(super) aiding_used: Option<u64>,
+    pub(super) aiding_refused: Option<u64>,
+    pub(super) aiding_invalid: Option<u64>,
     pub(super) daemon_pid: Option<u32>,
     /// Poses that this process lost, and restarts of the daemon that it saw.
     pub(super) poses_lost_here: u64,
@@ -109,6 +120,13 @@ impl Monitor {
             position_m: pose.and_then(CameraPose::position_m).map(|p| p.to_array()),
             position_sigma_m: pose.and_then(CameraPose::position_sigma_m),
             position_source: pose.map(|pose| code(pose.position_source())),
+            aids_used: bits(pose.map(CameraPose::aids_used).unwrap_or_default()),
+            aids_refused: bits(pose.map(CameraPose::aids_refused).unwrap_or_default()),
+            world_epoch: pose.map(CameraPose::world_epoch).filter(|&epoch| epoch > 0),
+            group_delay_s: health.and_then(LaneHealth::group_delay_s),
+            members_in_use: health
+                .filter(|h| h.message().member_count > 0)
+                .map(|h| h.members_in_use().collect()),
             temperature_c: health.and_then(LaneHealth::temperature_c),
             magnetic_norm_ut: health.and_then(LaneHealth::magnetic_norm_ut),
             status: bits(status),
@@ -118,6 +136,9 @@ impl Monitor {
             reconnects: counter(|h| h.message().reconnects),
             resets: counter(|h| h.message().resets),
             publish_errors: counter(|h| h.message().publish_errors),
+            aiding_used: counter(|h| h.message().aiding_used),
+            aiding_refused: counter(|h| h.message().aiding_refused),
+            aiding_invalid: counter(|h| h.message().aiding_invalid),
             daemon_pid: health.map(|h| h.message().daemon_pid),
             poses_lost_here: counts.lost,
             restarts_seen: counts.restarts,

@@ -86,14 +86,19 @@ fn a_gap_is_bridged_only_up_to_the_limit() {
 }
 
 #[test]
-fn nothing_is_interpolated_across_a_reset() {
-    let mut history = filled(10, 0..4);
-    history.push(checked(Pose { reset_counter: 1, ..at(4) }));
-    history.push(checked(Pose { reset_counter: 1, ..at(5) }));
-    assert_eq!(history.len(), 2);
-    let before = history.lookup(Time::Monotonic(at(4).time_ns - 1));
-    assert!(matches!(before, Err(LookupError::TooOld { .. })));
-    assert!(history.lookup(Time::Monotonic(at(4).time_ns + 1)).is_ok());
+fn nothing_is_interpolated_across_a_reset_nor_from_one_world_to_the_next() {
+    let breaks: [fn(&mut Pose); 2] = [|pose| pose.reset_counter = 1, |pose| pose.world_epoch = 2];
+    for break_at in breaks {
+        let mut history = filled(10, 0..4);
+        for mut pose in [at(4), at(5)] {
+            break_at(&mut pose);
+            history.push(checked(pose));
+        }
+        assert_eq!(history.len(), 2);
+        let before = history.lookup(Time::Monotonic(at(4).time_ns - 1));
+        assert!(matches!(before, Err(LookupError::TooOld { .. })));
+        assert!(history.lookup(Time::Monotonic(at(4).time_ns + 1)).is_ok());
+    }
 }
 
 #[test]

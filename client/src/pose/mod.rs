@@ -7,7 +7,7 @@ pub(crate) mod samples;
 mod tests;
 
 use glam::{DMat3, DQuat, DVec3};
-use lodestone_schema::{HeadingSource, Pose, PositionSource, Status, Validity};
+use lodestone_schema::{AidFlags, HeadingSource, Pose, PositionSource, Status, Validity};
 
 use crate::covariance;
 use crate::error::{MessageError, NotValid};
@@ -147,6 +147,22 @@ impl CameraPose {
     /// Where the position comes from.
     pub fn position_source(&self) -> PositionSource {
         PositionSource::from_code(self.message.position_source).unwrap_or(PositionSource::None)
+    }
+
+    /// What corrected this pose within the last second.
+    pub const fn aids_used(&self) -> AidFlags {
+        AidFlags::from_bits_truncate(self.message.aids_used)
+    }
+
+    /// What was refused by its gate within the last second.
+    pub const fn aids_refused(&self) -> AidFlags {
+        AidFlags::from_bits_truncate(self.message.aids_refused)
+    }
+
+    /// Epoch of the world this pose is in; 0 while there is none. Poses of different epochs do not
+    /// compare.
+    pub const fn world_epoch(&self) -> u32 {
+        self.message.world_epoch
     }
 
     /// Whether all of these fields are known.

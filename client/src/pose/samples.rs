@@ -19,7 +19,9 @@ pub(crate) fn still(sequence: u64, time_ns: i64) -> Pose {
         validity: Validity::all().bits(),
         heading_source: 1,
         position_source: 1,
-        reserved: [0; 6],
+        aids_used: 0,
+        aids_refused: 0,
+        world_epoch: 1,
         sensor_time_ns: time_ns,
         time_ns,
         arrival_time_ns: time_ns,
@@ -83,7 +85,8 @@ prop_compose! {
         let (sequence, camera_id, reset_counter, status, validity, heading, position) = head;
         Pose {
             sequence, camera_id, reset_counter, status, validity,
-            heading_source: heading, position_source: position, reserved: [0; 6],
+            heading_source: heading, position_source: position, aids_used: 0, aids_refused: 0,
+            world_epoch: 1,
             sensor_time_ns: times[0], time_ns: times[1], arrival_time_ns: times[2],
             step_start_time_ns: times[3], step_end_time_ns: times[4],
             published_time_ns: times[5], unix_offset_ns: times[6],

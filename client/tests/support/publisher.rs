@@ -146,7 +146,7 @@ struct World {
 impl World {
     fn open(camera: &str, history: usize) -> Result<Self, OpenError> {
         let node = domain().open_node("publisher").expect("a node");
-        let qos = |history| Qos { history, max_subscribers: 8, max_borrowed: 2 };
+        let qos = |history| Qos { history, max_subscribers: 8, max_publishers: 2, max_borrowed: 2 };
         let poses = open_for_writing::<Pose>(&node, ServiceKind::Pose, camera, qos(history))?;
         let health = open_for_writing::<Health>(&node, ServiceKind::Health, camera, qos(1))?;
         let poses = poses.publisher_builder().create().expect("a port");
@@ -207,8 +207,10 @@ pub(crate) fn pose(sequence: u64, time_ns: i64) -> Pose {
         status: Status::INITIALISED.bits(),
         validity: Validity::all().bits(),
         heading_source: 1,
-        position_source: 4,
-        reserved: [0; 6],
+        position_source: 5,
+        aids_used: 0,
+        aids_refused: 0,
+        world_epoch: 1,
         sensor_time_ns: time_ns,
         time_ns,
         arrival_time_ns: time_ns,
@@ -240,9 +242,13 @@ fn health(poses: u64) -> Health {
         validity: Validity::all().bits(),
         state: 2,
         heading_source: 1,
-        position_source: 4,
+        position_source: 5,
         alignment_wait: 0,
-        reserved: [0; 8],
+        aids_used: 0,
+        aids_refused: 0,
+        member_count: 0,
+        reserved: 0,
+        world_epoch: 1,
         sample_rate_hz: 400.0,
         pose_rate_hz: 400.0,
         latency_p50_s: 50e-6,
@@ -262,5 +268,10 @@ fn health(poses: u64) -> Health {
         reconnects: 0,
         resets: 0,
         publish_errors: 0,
+        aiding_used: 0,
+        aiding_refused: 0,
+        aiding_invalid: 0,
+        members_in_use: 0,
+        group_delay_s: 0.0,
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::report::Report;
-use crate::model::{Camera, Config, DriverKind, Lane, SharedMemory};
+use crate::model::{Camera, Config, DriverKind, Lane, RigidBody, SharedMemory};
 
 /// Most poses in the pool of one camera's service: about 120 MB of shared memory.
 const MAX_POOL: usize = 262_144;
@@ -13,6 +13,7 @@ pub(crate) fn check(config: &Config, report: &mut Report) {
     some_camera(config, report);
     unique_names(&config.camera, report);
     unique_serials(&config.camera, report);
+    bodies(config, report);
     pool_fits(&config.shared_memory, report);
     limits_in_order(&config.lane, report);
     limits_above_step(&config.lane, report);
@@ -53,6 +54,51 @@ fn unique_serials(cameras: &[Camera], report: &mut Report) {
             let problem = format!("{} is also the serial number in line {line}", camera.serial);
             report.conflict(&place, &[&first], problem, "a different serial for each camera");
         }
+    }
+}
+
+fn bodies(config: &Config, report: &mut Report) {
+    unique_body_names(&config.body, report);
+    for (index, body) in config.body.iter().enumerate() {
+        body_unlike_cameras(body, &config.camera, &format!("body[{index}].name"), report);
+    }
+    for (index, camera) in config.camera.iter().enumerate() {
+        body_exists(camera, config, &format!("camera[{index}].body"), report);
+    }
+}
+
+fn unique_body_names(bodies: &[RigidBody], report: &mut Report) {
+    let mut seen = BTreeMap::new();
+    for (index, body) in bodies.iter().enumerate() {
+        let place = format!("body[{index}].name");
+        if let Some(first) = seen.insert(&body.name, place.clone()) {
+            let line = report.line(&first);
+            let problem = format!("\"{}\" is also the name of the body in line {line}", body.name);
+            report.conflict(&place, &[&first], problem, "a different name for each body");
+        }
+    }
+}
+
+/// What is published for a body and for a camera stands under its name.
+fn body_unlike_cameras(body: &RigidBody, cameras: &[Camera], place: &str, report: &mut Report) {
+    let Some(index) = cameras.iter().position(|camera| camera.name == body.name) else { return };
+    let other = format!("camera[{index}].name");
+    let line = report.line(&other);
+    let problem = format!("\"{}\" is also the name of the camera in line {line}", body.name);
+    report.conflict(place, &[&other], problem, "a name that no camera has");
+}
+
+fn body_exists(camera: &Camera, config: &Config, place: &str, report: &mut Report) {
+    let Some(name) = &camera.body else { return };
+    if config.body_of(camera).is_none() {
+        let problem = format!("no body is called \"{name}\"");
+        let known: Vec<String> = config.body.iter().map(|b| format!("\"{}\"", b.name)).collect();
+        let allowed = if known.is_empty() {
+            "the name of a table headed [[body]], of which there is none".into()
+        } else {
+            format!("the name of a table headed [[body]]: {}", known.join(", "))
+        };
+        report.conflict(place, &[], problem, &allowed);
     }
 }
 

@@ -31,6 +31,13 @@ pub(super) const CAMERA: &[Key] = &[
     ),
     key("model", Choice(&["zed2", "zed2i"]), "", "Which camera it is; fixes the default noise."),
     key(
+        "body",
+        Text(CameraName),
+        "",
+        "Name of the body (a table headed [[body]]) that carries the camera; without it the camera \
+         moves for itself.",
+    ),
+    key(
         "axis_map",
         Axes,
         "",

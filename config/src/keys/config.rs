@@ -1,6 +1,7 @@
 //! The tables of a configuration, and every key that is not a camera's.
 
 use super::Kind::{Choice, Number, Switch, Text, Whole};
+use super::body::BODY;
 use super::camera::{
     CAMERA, DISTORTION, DISTURBANCE, ERRORS, FAULT, INSTRUMENT, MOTOR, MOUNTING, NOISE, REPLAY,
     SYNTHETIC, TRANSPORT,
@@ -46,6 +47,13 @@ pub(crate) static CONFIG: Schema = Schema {
             keys: VALIDITY,
         },
         Section {
+            path: "body",
+            shape: Shape::List,
+            meaning: "A rigid body that carries cameras: a vehicle, or a rig. Cameras name it at \
+                      camera.body; those with the same body never move against each other.",
+            keys: BODY,
+        },
+        Section {
             path: "camera",
             shape: Shape::List,
             meaning: "One camera; at least one is needed.",
@@ -54,8 +62,8 @@ pub(crate) static CONFIG: Schema = Schema {
         Section {
             path: "camera.mounting",
             shape: Shape::Table,
-            meaning: "Pose of the camera's body frame in the vehicle frame (x forward, y left, z \
-                      up).",
+            meaning: "Pose of the camera's own axes (x forward, y left, z up) in the frame of the \
+                      body that carries it (camera.body), or of the vehicle.",
             keys: MOUNTING,
         },
         Section {

@@ -1,6 +1,7 @@
 //! The key table: what every key means and may be. It drives validation and [`crate::explain`].
 
 mod axes;
+mod body;
 mod calibration;
 mod camera;
 mod config;

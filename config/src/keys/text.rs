@@ -5,7 +5,7 @@ use std::path::Path;
 /// What a text means, which says what it may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Text {
-    /// The name of a camera.
+    /// The name of a camera or of a body.
     CameraName,
     /// First part of file names in shared memory.
     Prefix,

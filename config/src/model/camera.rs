@@ -42,7 +42,9 @@ pub struct Camera {
     pub driver: DriverKind,
     /// Which camera it is.
     pub model: CameraModel,
-    /// Where the camera sits on its vehicle.
+    /// The rigid body that carries the camera, by the body's name; none if absent.
+    pub body: Option<String>,
+    /// Where the camera sits on its body.
     pub mounting: Mounting,
     /// How sensor axes become body axes; see [`Camera::axes`] for what holds without it.
     pub axis_map: Option<AxisMap>,
@@ -67,6 +69,7 @@ impl Default for Camera {
             serial: 0,
             driver: DriverKind::default(),
             model: CameraModel::default(),
+            body: None,
             mounting: Mounting::default(),
             axis_map: None,
             noise: None,
@@ -100,13 +103,14 @@ const fn is_zero(serial: &u64) -> bool {
     *serial == 0
 }
 
-/// Body pose in the vehicle frame (x forward, y left, z up).
+/// Pose of the camera's own axes in the frame of the rigid body that carries it (x forward, y left,
+/// z up).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Mounting {
     /// Position of the IMU, m.
     pub position_m: [f64; 3],
-    /// Roll, pitch, yaw of the body in the vehicle, degrees, applied ZYX.
+    /// Roll, pitch, yaw of the camera on what carries it, degrees, applied ZYX.
     pub roll_pitch_yaw_deg: [f64; 3],
 }
 

@@ -4,11 +4,13 @@
 //! The types alone check only names and types of keys. Use [`Config::load`] or
 //! [`Config::from_toml`], which check every value.
 
+mod body;
 mod camera;
 mod estimator;
 mod lane;
 mod synthetic;
 
+pub use body::RigidBody;
 pub use camera::{
     AxisMap, Camera, CameraModel, DriverKind, Fault, FaultKind, Mounting, Noise, Replay, SignedAxis,
 };
@@ -33,8 +35,18 @@ pub struct Config {
     pub lane: Lane,
     /// The filter, one set of parameters for all cameras.
     pub estimator: Estimator,
+    /// Rigid bodies that carry cameras.
+    pub body: Vec<RigidBody>,
     /// The cameras, at least one.
     pub camera: Vec<Camera>,
+}
+
+impl Config {
+    /// The body that a camera sits on, if it names one.
+    pub fn body_of(&self, camera: &Camera) -> Option<&RigidBody> {
+        let name = camera.body.as_ref()?;
+        self.body.iter().find(|body| body.name == *name)
+    }
 }
 
 /// Which way the world's y axis points.

@@ -1,5 +1,7 @@
 //! What keeps the inertial state from drifting, and when each of it is due.
 
+use crate::aid_status::{AidKind, AidLedger};
+use crate::alignment::Aligned;
 use crate::covariance::ORIENTATION;
 use crate::estimator::{HeadingOrigin, StepReport};
 use crate::grid::Step;
@@ -9,7 +11,7 @@ use crate::predict::{FOLLOW_S, Ground, Pending, ProcessNoise, follow};
 use crate::state::State;
 use crate::update::compass::{Compass, CompassReport, FieldAverage};
 use crate::update::levelling::Levelling;
-use crate::update::standstill::{Standstill, Windows};
+use crate::update::standstill::{Around, Standstill, Windows};
 use glam::DVec3;
 
 /// Readings refused for this long make the heading "held".
@@ -25,6 +27,7 @@ pub(crate) struct Aids {
     hard_iron: HardIron,
     pub(crate) heading_origin: HeadingOrigin,
     since_compass_s: f64,
+    pub(crate) ledger: AidLedger,
 }
 
 /// What is due after a step.
@@ -44,6 +47,15 @@ impl Aids {
             hard_iron: HardIron::new(&p.hard_iron),
             heading_origin: HeadingOrigin::Arbitrary,
             since_compass_s: 0.0,
+            ledger: AidLedger::EMPTY,
+        }
+    }
+
+    /// The alignment is done.
+    pub(crate) fn begin(&mut self, aligned: &Aligned) {
+        self.standstill = Standstill::begin(aligned);
+        if aligned.at_rest {
+            self.ledger.note(AidKind::Standstill, true);
         }
     }
 
@@ -52,6 +64,7 @@ impl Aids {
     pub(crate) fn cross_gap(&mut self) {
         self.hard_iron.forget_field();
         self.standstill = Standstill::UNKNOWN;
+        self.ledger = AidLedger::EMPTY;
     }
 
     /// The earth's rate in the world, rad/s, as far as it is known there: without a north only how it
@@ -89,8 +102,12 @@ impl Aids {
             return report;
         }
         follow(state, pending, noise);
-        let earth_rate = self.earth_rate(p);
-        report.standstill = self.standstill.update(state, &due.windows, earth_rate, p);
+        let around = Around {
+            earth_rate: self.earth_rate(p),
+            velocity_is_measured: self.ledger.status().holds_velocity(),
+        };
+        report.standstill = self.standstill.update(state, &due.windows, around, p);
+        self.note_standstill();
         report.levelling = due.levelling.then(|| self.levelling.update(state, &p.levelling));
         if let Some(field) = &due.field {
             report.world_turned =
@@ -104,13 +121,24 @@ impl Aids {
         report
     }
 
+    fn note_standstill(&mut self) {
+        if self.standstill.stands() {
+            self.ledger.note(AidKind::Standstill, true);
+        } else {
+            self.ledger.end(AidKind::Standstill);
+        }
+    }
+
     /// Collects what the step brings.
     fn watch(&mut self, state: &State, step: &Step, turn_rad: f64, p: &Parameters) -> Due {
         let span_s = step.increment.span_s;
+        self.ledger.pass(span_s);
         self.since_levelling_s += span_s;
-        let levelling = self.since_levelling_s >= p.levelling.interval_s;
+        let mut levelling = self.since_levelling_s >= p.levelling.interval_s;
         if levelling {
             self.since_levelling_s = 0.0;
+            // Where the velocity is measured, it levels, and knows what accelerations there are.
+            levelling = !self.ledger.status().holds_velocity();
         }
         self.since_compass_s += span_s;
         let speed = libm::sqrt(state.leaky_velocity.length_squared());

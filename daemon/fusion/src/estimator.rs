@@ -2,11 +2,14 @@
 
 use glam::{DMat3, DVec3};
 
+use crate::aid_status::{AidStatus, PositionOrigin};
+use crate::aiding::{Aid, AidRefusal, AidReport, Aiding, Setting};
 use crate::aids::Aids;
 use crate::alignment::{Alignment, Waiting};
-use crate::covariance::{ORIENTATION, POSITION, VELOCITY};
+use crate::covariance::{MOUNTING, ORIENTATION, POSITION, SPEED_SCALE, VELOCITY};
 use crate::frame::{Body, Rotation, World};
 use crate::grid::{Increment, Step};
+use crate::history::Surroundings;
 use crate::parameters::Parameters;
 use crate::predict::{Pending, ProcessNoise, Strapdown, follow};
 use crate::so3;
@@ -14,7 +17,6 @@ use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
 use crate::update::Outcome;
 use crate::update::compass::CompassReport;
-use crate::update::standstill::Standstill;
 
 /// Where a heading comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +49,8 @@ pub struct StepReport {
     pub levelling: Option<Outcome>,
     /// The heading update, if one was due.
     pub compass: Option<CompassReport>,
+    /// The vehicle's constraint, if it was due.
+    pub constraint: Option<AidReport>,
 }
 
 impl StepReport {
@@ -59,6 +63,7 @@ impl StepReport {
         standstill: None,
         levelling: None,
         compass: None,
+        constraint: None,
     };
 }
 
@@ -85,6 +90,10 @@ pub struct Estimate {
     pub velocity_covariance: DMat3,
     /// Where the heading comes from.
     pub heading_origin: HeadingOrigin,
+    /// Where the position comes from.
+    pub position_origin: PositionOrigin,
+    /// The aids of the last second.
+    pub aids: AidStatus,
     /// The camera stands.
     pub at_rest: bool,
     /// The magnetic field does not fit the reference.
@@ -117,6 +126,7 @@ pub struct Estimator {
     strapdown: Strapdown,
     pending: Pending,
     aids: Aids,
+    aiding: Aiding,
     time: SensorTime,
     last: Increment,
 }
@@ -141,6 +151,7 @@ impl Estimator {
             strapdown: Strapdown::NEW,
             pending: Pending::NONE,
             aids: Aids::new(&parameters),
+            aiding: Aiding::NEW,
             time: SensorTime::from_nanos(0),
             last: Increment::ZERO,
         }
@@ -157,7 +168,61 @@ impl Estimator {
         let turn_rad =
             self.strapdown.advance(state, &mut self.pending, &step.increment, surroundings);
         let settings = (&self.parameters, &self.noise);
-        self.aids.step(state, &mut self.pending, (step, turn_rad), settings)
+        let mut report = self.aids.step(state, &mut self.pending, (step, turn_rad), settings);
+        if self.aiding.note_motion(&step.increment, self.parameters.vehicle.as_ref()) {
+            report.constraint = self.constrain();
+        }
+        report
+    }
+
+    /// Takes a measurement by others, valid up to two seconds ago and not after the last step.
+    pub fn aid(&mut self, aid: &Aid) -> AidReport {
+        let setting = self.setting();
+        let Some(state) = &mut self.state else {
+            return AidReport {
+                kind: aid.measurement.kind(),
+                refusal: Some(AidRefusal::NotAligned),
+                nis: None,
+                position_jumped: false,
+            };
+        };
+        follow(state, &mut self.pending, &self.noise);
+        let report = self.aiding.take(state, aid, &mut self.aids.ledger, &setting);
+        state.covariance.restore();
+        report
+    }
+
+    /// Counts the position from another origin: gives the camera's present position there, m, with a
+    /// covariance, m², that has nothing to do with what was known before.
+    ///
+    /// Nothing happens before there is a state. A position of which nothing is known is one with a
+    /// large covariance; ten kilometres squared is well within what f64 bears.
+    pub fn place(&mut self, position_m: DVec3, covariance: DMat3) {
+        let Some(state) = &mut self.state else { return };
+        follow(state, &mut self.pending, &self.noise);
+        state.position = position_m;
+        state.covariance.set_independent(POSITION, covariance);
+        state.covariance.restore();
+    }
+
+    /// What measurements by others are taken with.
+    fn setting(&self) -> Setting {
+        let gravity = DVec3::Z * -self.parameters.gravity_m_s2;
+        let earth_rate = self.aids.earth_rate(&self.parameters);
+        Setting {
+            now: self.time,
+            parameters: self.parameters,
+            around: Surroundings { gravity, earth_rate },
+        }
+    }
+
+    fn constrain(&mut self) -> Option<AidReport> {
+        let setting = self.setting();
+        let state = self.state.as_mut()?;
+        follow(state, &mut self.pending, &self.noise);
+        let report = self.aiding.constrain(state, &mut self.aids.ledger, &setting);
+        state.covariance.restore();
+        report
     }
 
     /// Accounts for a stretch of time without samples, too long to bridge.
@@ -165,6 +230,7 @@ impl Estimator {
         let gap_s = span.as_secs_f64();
         self.aids.cross_gap();
         self.strapdown = Strapdown::NEW;
+        self.aiding = Aiding::NEW;
         self.alignment = Alignment::new();
         let Some(state) = &mut self.state else { return };
         follow(state, &mut self.pending, &self.noise);
@@ -186,6 +252,7 @@ impl Estimator {
             earth_rate_rad_s: -p.earth_rate_rad_s,
             lead_s: -p.lead_s,
             gyro_lag_s: 0.0,
+            vehicle: None,
             ..*p
         };
         let mut reversed = Self::new(parameters);
@@ -228,6 +295,8 @@ impl Estimator {
             position_covariance: block(POSITION),
             velocity_covariance: block(VELOCITY),
             heading_origin: self.aids.heading_origin,
+            position_origin: self.aids.ledger.status().position_origin(),
+            aids: self.aids.ledger.status(),
             at_rest: self.aids.standstill.stands(),
             magnetic_disturbance: self.aids.compass.is_disturbed(),
             magnetic_field_ut: self.aids.compass.field_ut(),
@@ -244,12 +313,24 @@ impl Estimator {
         covariance
     }
 
+    fn begin_aiding(&mut self) {
+        self.aiding = Aiding::NEW;
+        let (Some(state), Some(vehicle)) = (&mut self.state, &self.parameters.vehicle) else {
+            return;
+        };
+        let square = |x: f64| x * x;
+        state.covariance.forget(MOUNTING, square(vehicle.mounting_sigma_rad));
+        state.covariance.forget(MOUNTING + 1, square(vehicle.mounting_sigma_rad));
+        state.covariance.forget(SPEED_SCALE, square(vehicle.speed_scale_sigma));
+    }
+
     fn align(&mut self, step: &Step) -> StepReport {
         let Some(aligned) = self.alignment.push(step, &self.parameters) else {
             return StepReport { waiting: Some(self.alignment.waiting()), ..StepReport::QUIET };
         };
         self.state = Some(aligned.state);
-        self.aids.standstill = Standstill::begin(&aligned);
+        self.begin_aiding();
+        self.aids.begin(&aligned);
         if let Some(field) = aligned.field {
             self.aids.begin_with(field, aligned.field_span_s, self.parameters.heading);
         }

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use lodestone_config::model::ValidityBounds;
-use lodestone_fusion::{Estimate, HeadingOrigin, ImuSample, SensorTime, Waiting};
+use lodestone_fusion::{Estimate, HeadingOrigin, ImuSample, PositionOrigin, SensorTime, Waiting};
 use lodestone_schema::{
     AlignmentWait, CalibratedSample, HeadingSource, Pose, PositionSource, SampleFlags, Status,
     Validity,
@@ -190,7 +190,15 @@ const fn heading_source(estimate: &Estimate) -> HeadingSource {
 }
 
 const fn position_source(estimate: &Estimate) -> PositionSource {
-    if estimate.at_rest { PositionSource::Standstill } else { PositionSource::Inertial }
+    match estimate.position_origin {
+        PositionOrigin::Standstill => PositionSource::Standstill,
+        PositionOrigin::Speed => PositionSource::AidingSpeed,
+        PositionOrigin::PositionFix | PositionOrigin::PoseFix => PositionSource::AidingPosition,
+        // What version 1 has no code for drifts as well, only less.
+        PositionOrigin::Unaided | PositionOrigin::NonHolonomic | PositionOrigin::Gradient => {
+            PositionSource::Inertial
+        }
+    }
 }
 
 const fn upper_triangle(m: DMat3) -> [f64; 6] {

@@ -79,7 +79,11 @@ pub(crate) const fn blank_health() -> Health {
         heading_source: 0,
         position_source: 0,
         alignment_wait: AlignmentWait::None.code(),
-        reserved: [0; 8],
+        aids_used: 0,
+        aids_refused: 0,
+        member_count: 0,
+        reserved: 0,
+        world_epoch: 0,
         sample_rate_hz: f64::NAN,
         pose_rate_hz: f64::NAN,
         latency_p50_s: f64::NAN,
@@ -99,5 +103,10 @@ pub(crate) const fn blank_health() -> Health {
         reconnects: 0,
         resets: 0,
         publish_errors: 0,
+        aiding_used: 0,
+        aiding_refused: 0,
+        aiding_invalid: 0,
+        members_in_use: 0,
+        group_delay_s: f64::NAN,
     }
 }

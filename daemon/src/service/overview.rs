@@ -59,6 +59,7 @@ impl LaneMonitor {
             serial: settings.serial,
             daemon_start_time_ns: start.as_nanos(),
             daemon_pid: std::process::id(),
+            group_delay_s: 0.0,
             ..blank_health()
         };
         Self { name: settings.name.clone(), board, health, since: start }
@@ -109,6 +110,9 @@ impl LaneMonitor {
         health.validity = latest.validity.bits();
         health.heading_source = latest.heading_source;
         health.position_source = latest.position_source;
+        health.aids_used = latest.aids_used;
+        health.aids_refused = latest.aids_refused;
+        health.world_epoch = latest.world_epoch;
         health.temperature_c = latest.sensor.temperature_c;
         health.magnetic_norm_ut = latest.sensor.magnetic_norm_ut;
         health.clock_drift = latest.sensor.clock_drift;

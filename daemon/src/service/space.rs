@@ -83,9 +83,9 @@ fn camera_bytes(config: &Config, driver: DriverKind) -> u64 {
         ServiceKind::Sample => settings.publish_samples,
         ServiceKind::Truth => driver == DriverKind::Synthetic,
         ServiceKind::Pose | ServiceKind::Health => true,
-        ServiceKind::Aiding | ServiceKind::Wake => false,
+        _ => false,
     };
-    let services = ServiceKind::ALL.iter().filter(|kind| published(kind));
+    let services = ServiceKind::OF_LANE.iter().filter(|kind| published(kind));
     NODES_PER_CAMERA + services.map(|&kind| service_bytes(kind, settings)).sum::<u64>()
 }
 

@@ -72,4 +72,10 @@ counters! {
     resets,
     /// Messages the transport refused.
     publish_errors,
+    /// Aiding measurements that corrected the filter.
+    aiding_used,
+    /// Aiding measurements refused by their gate, or too late.
+    aiding_refused,
+    /// Aiding measurements that make no sense.
+    aiding_invalid,
 }

@@ -31,6 +31,12 @@ pub struct LaneStatus {
     pub heading_source: u8,
     /// Code of [`lodestone_schema::PositionSource`].
     pub position_source: u8,
+    /// Bits of [`lodestone_schema::AidFlags`]: what corrected the pose lately.
+    pub aids_used: u8,
+    /// Bits of [`lodestone_schema::AidFlags`]: what was refused lately.
+    pub aids_refused: u8,
+    /// Epoch of the world; 0 while there is none.
+    pub world_epoch: u32,
     /// Body origin in the world, m; `NaN` when unknown.
     pub position_m: [f64; 3],
     /// Variance of the position per axis, m²; `NaN` when unknown.
@@ -58,6 +64,9 @@ impl Default for LaneStatus {
             validity: Validity::empty(),
             heading_source: 0,
             position_source: 0,
+            aids_used: 0,
+            aids_refused: 0,
+            world_epoch: 0,
             position_m: [f64::NAN; 3],
             position_variance_m2: [f64::NAN; 3],
             orientation: [f64::NAN; 4],
@@ -79,6 +88,9 @@ impl LaneStatus {
             validity: Validity::from_bits_retain(pose.validity),
             heading_source: pose.heading_source,
             position_source: pose.position_source,
+            aids_used: pose.aids_used,
+            aids_refused: pose.aids_refused,
+            world_epoch: pose.world_epoch,
             position_m: pose.position_m,
             // The diagonal of xx xy xz yy yz zz.
             position_variance_m2: [p[0], p[3], p[5]],
@@ -118,6 +130,10 @@ impl LaneStatus {
         if (x + y + z).is_nan() { f64::NAN } else { x.max(y).max(z).sqrt() }
     }
 
+    const fn codes(&self) -> [u8; 4] {
+        [self.heading_source, self.position_source, self.aids_used, self.aids_refused]
+    }
+
     pub(super) fn to_words(self) -> [u64; WORDS] {
         let [px, py, pz] = self.position_m.map(f64::to_bits);
         let [vx, vy, vz] = self.position_variance_m2.map(f64::to_bits);
@@ -127,8 +143,8 @@ impl LaneStatus {
             self.time_ns.cast_unsigned(),
             self.status.bits().into(),
             self.validity.bits().into(),
-            self.heading_source.into(),
-            self.position_source.into(),
+            u32::from_le_bytes(self.codes()).into(),
+            self.world_epoch.into(),
             px,
             py,
             pz,
@@ -152,13 +168,18 @@ impl LaneStatus {
     pub(super) fn from_words(words: &[u64; WORDS]) -> Self {
         let number = |at: usize| f64::from_bits(words[at]);
         let three = |at: usize| [number(at), number(at + 1), number(at + 2)];
+        let [heading_source, position_source, aids_used, aids_refused] =
+            (words[3] as u32).to_le_bytes();
         Self {
             time_ns: words[0].cast_signed(),
             sensor_time_ns: words[21].cast_signed(),
             status: Status::from_bits_retain(words[1] as u32),
             validity: Validity::from_bits_retain(words[2] as u32),
-            heading_source: words[3] as u8,
-            position_source: words[4] as u8,
+            heading_source,
+            position_source,
+            aids_used,
+            aids_refused,
+            world_epoch: words[4] as u32,
             position_m: three(5),
             position_variance_m2: three(8),
             orientation: [number(11), number(12), number(13), number(14)],

@@ -36,6 +36,8 @@ pub struct Qos {
     pub history: usize,
     /// Most consumers at a time.
     pub max_subscribers: usize,
+    /// Most publishers at a time.
+    pub max_publishers: usize,
     /// Messages one consumer may hold at a time.
     pub max_borrowed: usize,
 }
@@ -143,9 +145,8 @@ pub fn open_for_writing<T: Debug + ZeroCopySend + 'static>(
             .subscriber_max_buffer_size(qos.history.max(2))
             .subscriber_max_borrowed_samples(qos.max_borrowed)
             .max_subscribers(qos.max_subscribers)
-            // A second publisher lets a bridge mirror the service from another host.
-            .max_publishers(2)
-            .max_nodes(qos.max_subscribers + 4)
+            .max_publishers(qos.max_publishers)
+            .max_nodes(qos.max_subscribers + qos.max_publishers + 2)
             .open_or_create_with_attributes(&our_version())
     };
     let in_flux = |e: &PublishSubscribeOpenOrCreateError| {

@@ -5,6 +5,7 @@ use std::process::{Command, Stdio};
 use iceoryx2::prelude::ServiceName;
 use lodestone_client::Domain;
 use lodestone_config::model::TrajectoryKind;
+use lodestone_schema::SCHEMA_VERSION;
 use lodestone_tests::system::{
     Daemon, Follower, Recorded, TestDomain, eventually, lodestone, lodestoned, on_small_shm, said,
 };
@@ -148,15 +149,17 @@ fn given_a_daemon_of_another_schema_version_then_the_consumer_says_so() {
     let other = TestDomain::new();
     let domain = Domain { prefix: other.prefix.clone(), root: other.root.clone() };
     let node = domain.open_node("daemon-of-tomorrow").unwrap();
-    let name = ServiceName::new("lodestone/v2/front/pose").unwrap();
+    let (ours, theirs) = (SCHEMA_VERSION, SCHEMA_VERSION + 1);
+    let name = format!("lodestone/v{theirs}/front/pose");
+    let name = ServiceName::new(&name).unwrap();
     let _service = node.service_builder(&name).publish_subscribe::<u64>().open_or_create().unwrap();
 
     for arguments in [&["status"][..], &["watch"], &["echo", "--camera", "front"]] {
         let output = in_domain(lodestone().args(arguments), &other).output().unwrap();
         assert_eq!(output.status.code(), Some(1), "{}", said(&output));
         let message = String::from_utf8_lossy(&output.stderr);
-        assert!(message.contains("published in schema version 2"), "{message}");
-        assert!(message.contains("this program speaks version 1"), "{message}");
+        assert!(message.contains(&format!("published in schema version {theirs}")), "{message}");
+        assert!(message.contains(&format!("this program speaks version {ours}")), "{message}");
     }
 }
 

@@ -120,14 +120,15 @@ fn a_standing_camera_learns_velocity_and_bias() {
         state.covariance.set_independent(block, glam::DMat3::IDENTITY * 100.0);
     }
     let rate = DVec3::new(0.01, -0.02, 0.03);
-    let (before, leaky) = (state, state.leaky_velocity);
-    standstill::zero_velocity(&mut state, 1e-3);
-    standstill::zero_rate(&mut state, rate, 1e-4);
+    let before = state;
+    standstill::zero_velocity(&mut state, super::apply_blind, 1e-3);
+    standstill::zero_rate(&mut state, super::apply_blind, rate, 1e-4);
     assert!(state.velocity.length() < 1e-6 && before.velocity.length() > 0.1);
     assert!((state.gyro_bias - rate).length() < 1e-8);
-    assert_eq!(state.leaky_velocity, leaky, "left to fade");
-    standstill::fade(&mut state, 1e-3);
-    assert!(state.leaky_velocity.length() < 1e-6);
+    assert_eq!(state.leaky_velocity, before.leaky_velocity, "another state");
+    standstill::restart_leaky_velocity(&mut state, 1e-3);
+    assert_eq!(state.leaky_velocity, DVec3::ZERO);
+    assert_eq!(state.covariance.block(LEAKY_VELOCITY, VELOCITY), glam::DMat3::ZERO);
 }
 
 #[test]

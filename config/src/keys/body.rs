@@ -1,0 +1,18 @@
+//! Every key of a rigid body.
+
+use super::Kind::{Switch, Text};
+use super::text::Text::CameraName;
+use super::{Key, key};
+
+pub(super) const BODY: &[Key] = &[
+    key("name", Text(CameraName), "", "Its name, unlike any other body's and any camera's.")
+        .required(),
+    key(
+        "vehicle",
+        Switch,
+        "",
+        "Whether it is a road vehicle: x points where it drives, the origin is in the middle of the \
+         axle that does not steer (the rear one), where it moves neither sideways nor up and down. \
+         A speed counts along x. Not for boats, aircraft, or wheels that roll to every side.",
+    ),
+];

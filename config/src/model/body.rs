@@ -1,0 +1,17 @@
+//! A rigid body that carries cameras.
+
+use serde::{Deserialize, Serialize};
+
+/// A rigid body that carries cameras: a vehicle, or a rig.
+///
+/// Its frame is x forward, y left, z up. [`super::Camera::body`] names the body that a camera sits
+/// on, and [`super::Camera::mounting`] is the camera's pose in the body's frame.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RigidBody {
+    /// Its name, unlike any other body's and any camera's.
+    pub name: String,
+    /// Whether it is a road vehicle: x is the direction in which it drives, the origin is in the
+    /// middle of the axle that does not steer, where it moves neither sideways nor up and down.
+    pub vehicle: bool,
+}
