@@ -157,7 +157,7 @@ impl Aids {
         let timing = (p.rest.interval_s, measured);
         self.at_rest = quiet && self.belief.holds(state, window, p.rest.velocity_sigma_m_s, timing);
         if !quiet {
-            self.belief.end_doubt();
+            self.belief.end_quiet();
         }
         if !self.at_rest {
             self.ledger.end(AidKind::Standstill);
