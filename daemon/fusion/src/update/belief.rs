@@ -24,8 +24,9 @@ use crate::state::State;
 
 /// `20² m²/s² / 2`: vehicles drive up to 20 m/s, in any direction.
 const PLANE_M2_S2: f64 = 200.0;
-/// Weight of the velocity that needs no further witness: it is e⁵ times as likely of a standing camera.
-const CERTAIN: f64 = 10.0;
+/// Weight of the velocity that needs no further witness: known to a quarter of a metre per second, it is e⁸
+/// times as likely of a standing camera.
+const CERTAIN: f64 = 16.0;
 /// Weight that a second of quiet adds: standstills last longer than smooth roads.
 const PER_SECOND: f64 = 1.0;
 /// Quiet after which the filter gives in whatever it believes, s.
@@ -97,11 +98,11 @@ impl Belief {
         if self.since_start_s < SETTLE_S {
             return false;
         }
-        let weight = weight(state, sigma_m_s);
         let patience = if velocity_is_measured { 0.0 } else { self.doubted_s };
+        let weight = weight(state, sigma_m_s) + PER_SECOND * patience;
         if weight > CERTAIN {
             self.learn(scatter);
-        } else if !(self.is_usual(scatter) && weight + PER_SECOND * patience > 0.0) {
+        } else if !(self.is_usual(scatter) && weight > 0.0) {
             self.doubted_s += span_s;
             if patience < PATIENCE_S {
                 return false;
