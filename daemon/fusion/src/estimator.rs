@@ -43,6 +43,8 @@ pub struct StepReport {
     pub world_turned: bool,
     /// The camera stands.
     pub at_rest: bool,
+    /// The zero-velocity update, if the camera stands and one was due: its worst axis.
+    pub standstill: Option<Outcome>,
     /// The levelling update, if one was due.
     pub levelling: Option<Outcome>,
     /// The heading update, if one was due.
@@ -58,6 +60,7 @@ impl StepReport {
         just_aligned: false,
         world_turned: false,
         at_rest: false,
+        standstill: None,
         levelling: None,
         compass: None,
         constraint: None,
@@ -147,7 +150,7 @@ impl Estimator {
         let Some(state) = &mut self.state else {
             return self.align(step);
         };
-        let surroundings = (&self.noise, self.aids.earth_rate(&self.parameters));
+        let surroundings = (&self.noise, self.aids.ground(&self.parameters));
         let turn_rad =
             self.strapdown.advance(state, &mut self.pending, &step.increment, surroundings);
         let settings = (&self.parameters, &self.noise);
@@ -225,6 +228,24 @@ impl Estimator {
         state.covariance.add_variances(POSITION, DVec3::splat(way * way));
     }
 
+    /// An estimator that goes back in time from here, once aligned: what its steps bring is the past,
+    /// the latest first, with angles negated and time stamps that run on (`−t`). Velocity, rates and time of
+    /// its estimates are negated in turn. It begins with what is known now, and finds standstills as any
+    /// other; a magnetometer must not be shown to it.
+    pub fn reversed(&self) -> Option<Self> {
+        let p = &self.parameters;
+        let parameters = Parameters {
+            earth_rate_rad_s: -p.earth_rate_rad_s,
+            lead_s: -p.lead_s,
+            gyro_lag_s: 0.0,
+            ..*p
+        };
+        let mut reversed = Self::new(parameters);
+        reversed.state = Some(self.state.as_ref()?.reversed());
+        reversed.aids.heading_origin = self.aids.heading_origin;
+        Some(reversed)
+    }
+
     /// The state, once aligned.
     pub const fn state(&self) -> Option<&State> {
         self.state.as_ref()
@@ -261,7 +282,7 @@ impl Estimator {
             heading_origin: self.aids.heading_origin,
             position_origin: self.aids.ledger.status().position_origin(),
             aids: self.aids.ledger.status(),
-            at_rest: self.aids.at_rest,
+            at_rest: self.aids.standstill.stands(),
             magnetic_disturbance: self.aids.compass.is_disturbed(),
             magnetic_field_ut: self.aids.compass.field_ut(),
         })

@@ -46,10 +46,11 @@ pub use frame::{Body, Frame, Optical, Rotation, Sensor, Vehicle, World};
 pub use grid::{Accepted, Grid, GridParameters, Increment, Refusal, Step};
 pub use parameters::{
     AidingParameters, AlignmentParameters, CompassParameters, HardIronParameters, HeadingMode,
-    LevellingParameters, Parameters, RestParameters, SensorNoise, VehicleParameters,
+    LevellingParameters, Parameters, RestParameters, SensorNoise, StanceParameters, Stillness,
+    VehicleParameters,
 };
 pub use quantity::{Accel, Gyro, Mag};
-pub use rest::{RestDetector, WindowStatistics};
+pub use rest::{RestDetector, Standing, WindowStatistics};
 pub use sample::ImuSample;
 pub use state::State;
 pub use time::{SensorSpan, SensorTime};

@@ -18,6 +18,12 @@ pub struct SensorNoise {
     pub gyro_scale_walk: f64,
     /// Accelerometer noise density, m/s²/√Hz.
     pub accel_density: f64,
+    /// Part of the change of the angular rate from one step to the next that sampling misses, 1σ. Large
+    /// where a sensor strikes the ground. Default 0.
+    pub gyro_aliasing: f64,
+    /// Part of the change of the specific force from one step to the next that sampling misses, 1σ.
+    /// Default 0.
+    pub accel_aliasing: f64,
     /// Accelerometer bias random walk, m/s³/√Hz.
     pub accel_bias_walk: f64,
     /// Accelerometer bias at switch-on, 1σ, m/s².
@@ -53,14 +59,20 @@ pub struct Parameters {
     /// sample shows, less half its interval, which integrating it over the interval accounts for.
     /// Default 0; negative where samples show the instant of their stamp.
     pub lead_s: f64,
+    /// How much older what the gyroscope shows is than what the accelerometer shows, s; two steps at most.
+    /// Default 0.
+    pub gyro_lag_s: f64,
     /// Strength of gravity at the place, m/s².
     pub gravity_m_s2: f64,
     /// The earth's rate in the world, rad/s. Default 0, an earth that does not turn.
     pub earth_rate_rad_s: DVec3,
     /// Alignment.
     pub alignment: AlignmentParameters,
-    /// Detection of standstill.
+    /// Detection of standstill: zero velocity and zero rate.
     pub rest: RestParameters,
+    /// Detection of a foot's stances, which are shorter and less still: zero velocity alone. None for
+    /// what is not mounted on a foot.
+    pub stance: Option<StanceParameters>,
     /// Levelling by gravity.
     pub levelling: LevellingParameters,
     /// Heading by the magnetometer.
@@ -128,6 +140,8 @@ pub struct VehicleParameters {
 /// Static initial alignment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignmentParameters {
+    /// Length of the window that finds rest, s. Default 0.5.
+    pub window_s: f64,
     /// Rest needed, s. Short starts sooner, long averages the noise away. Default 1.
     pub rest_s: f64,
     /// Largest believable difference between the mean specific force and gravity, m/s². Default 0.6.
@@ -143,22 +157,54 @@ pub struct AlignmentParameters {
     pub motion_start_sigma_m_s: f64,
 }
 
-/// Detection of standstill over a sliding window.
+/// Scatter of the sensors without motion: the unit in which a window's statistic measures it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stillness {
+    /// Angular rate about the bias, 1σ, rad/s, per axis and step. Default 0.02; a foot's stance 0.1.
+    pub rate_sigma_rad_s: f64,
+    /// Specific force about gravity, 1σ, m/s², per axis and step. Default 0.15; a foot's stance 0.5.
+    pub force_sigma_m_s2: f64,
+}
+
+/// Detection of standstill over a sliding window, and what a standstill is worth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestParameters {
-    /// Length of the window, s. Short reacts fast, long is rarely fooled by slow motion. Default 0.5.
+    /// Length of the window, s; a tenth of it lies between two decisions. Short reacts fast, long is
+    /// rarely fooled by slow motion. Default 0.5.
     pub window_s: f64,
-    /// Largest standard deviation of the angular rate, rad/s, per axis. Default 0.02.
-    pub rate_deviation_rad_s: f64,
-    /// Largest standard deviation of the specific force, m/s², per axis. Default 0.15.
-    pub force_deviation_m_s2: f64,
+    /// How still a standing camera is.
+    pub stillness: Stillness,
+    /// Largest statistic of a standing camera. Small misses standstills on a running engine, large
+    /// stops a slow camera. Default 1.
+    pub threshold: f64,
     /// Largest mean angular rate after the bias estimate, rad/s. A steady turn below it is taken for
     /// bias; a bias that changes by more in motion delays the next standstill. Default 0.004.
     pub mean_rate_rad_s: f64,
     /// Velocity noise of a zero-velocity update, 1σ, m/s. Default 0.01.
     pub velocity_sigma_m_s: f64,
-    /// Seconds between two updates. Default 0.05.
-    pub interval_s: f64,
+    /// Least noise of a zero-rate update, 1σ, rad/s. Default 2e-4.
+    pub turn_sigma_rad_s: f64,
+}
+
+/// Detection of a foot's stance, for a sensor that is mounted on it.
+///
+/// A stance lasts some tenths of a second, and in it the foot rolls on. How still it gets depends on the
+/// gait, so a threshold alone fits one gait: what a stance is worth falls with its statistic T,
+/// `σ² = σ₀² (1 + (T / T₀)²)`, and the threshold only keeps out what cannot be one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StanceParameters {
+    /// Length of the window, s. Short finds short stances, long is rarely fooled by a slow swing.
+    /// Default 0.05.
+    pub window_s: f64,
+    /// How still a foot is that stands.
+    pub stillness: Stillness,
+    /// Largest statistic of a stance. Small loses those of a fast gait, and the position with them; large
+    /// lets swings slow the foot down. Default 150.
+    pub threshold: f64,
+    /// Statistic T₀ from which a stance is worth less. Default 10.
+    pub statistic_scale: f64,
+    /// Velocity of the stillest stance, 1σ, m/s, per axis and update. Default 0.03.
+    pub velocity_sigma_m_s: f64,
 }
 
 /// Levelling: the leaky velocity of a carried camera stays small.
@@ -250,6 +296,27 @@ pub struct HardIronParameters {
 }
 
 impl Parameters {
+    /// Parameters for a sensor on a foot: position by zero velocity in each stance.
+    ///
+    /// A foot stands within a second or two, but for a tenth of a second only: that is what the alignment
+    /// asks for, and a coarse alignment in motion would be the worse one.
+    pub fn foot_mounted() -> Self {
+        Self {
+            noise: SensorNoise::FOOT_MOUNTED,
+            gyro_lag_s: 0.003,
+            alignment: AlignmentParameters {
+                window_s: 0.08,
+                rest_s: 0.1,
+                max_bias_rad_s: 0.05,
+                motion_s: None,
+                ..AlignmentParameters::default()
+            },
+            rest: RestParameters::FOOT,
+            stance: Some(StanceParameters::default()),
+            ..Self::default()
+        }
+    }
+
     /// The earth's rate in the world, rad/s, as far as it is known: all of it with a north, else only
     /// its part about up.
     pub(crate) fn earth_rate_where(&self, north_is_known: bool) -> DVec3 {
@@ -269,9 +336,23 @@ impl SensorNoise {
         gyro_bias_sigma: 5.0e-3,
         gyro_scale_walk: 7.0e-3,
         accel_density: 1.6e-3,
+        gyro_aliasing: 0.0,
+        accel_aliasing: 0.0,
         accel_bias_walk: 2.5e-4,
         accel_bias_sigma: 0.05,
         mag_sigma_ut: 0.5,
+    };
+
+    /// Figures of an industrial IMU on a foot, sampled at 100 Hz and more: its gyroscope is calibrated, its
+    /// errors come from the strike of the heel, which is shorter than a step.
+    pub const FOOT_MOUNTED: Self = Self {
+        gyro_density: 7.0e-4,
+        gyro_bias_sigma: 1.0e-3,
+        gyro_scale_walk: 1.0e-3,
+        gyro_aliasing: 0.2,
+        accel_aliasing: 0.08,
+        accel_bias_sigma: 0.025,
+        ..Self::ZED2
     };
 }
 
@@ -282,10 +363,12 @@ impl Default for Parameters {
             heading: HeadingMode::Adaptive,
             field_bearing_rad: 0.0,
             lead_s: 0.0,
+            gyro_lag_s: 0.0,
             gravity_m_s2: 9.81,
             earth_rate_rad_s: DVec3::ZERO,
             alignment: AlignmentParameters::default(),
             rest: RestParameters::default(),
+            stance: None,
             levelling: LevellingParameters::default(),
             compass: CompassParameters::default(),
             hard_iron: HardIronParameters::default(),
@@ -298,6 +381,7 @@ impl Default for Parameters {
 impl Default for AlignmentParameters {
     fn default() -> Self {
         Self {
+            window_s: 0.5,
             rest_s: 1.0,
             gravity_tolerance_m_s2: 0.6,
             max_bias_rad_s: 0.03,
@@ -312,11 +396,40 @@ impl Default for RestParameters {
     fn default() -> Self {
         Self {
             window_s: 0.5,
-            rate_deviation_rad_s: 0.02,
-            force_deviation_m_s2: 0.15,
+            stillness: Stillness { rate_sigma_rad_s: 0.02, force_sigma_m_s2: 0.15 },
+            threshold: 1.0,
             mean_rate_rad_s: 0.004,
             velocity_sigma_m_s: 0.01,
-            interval_s: 0.05,
+            turn_sigma_rad_s: 2e-4,
+        }
+    }
+}
+
+impl RestParameters {
+    /// Time between two decisions, s.
+    pub(crate) fn interval_s(&self) -> f64 {
+        0.1 * self.window_s
+    }
+
+    /// How still a foot gets on which somebody stands, and how sure one may be then that it does not turn.
+    const FOOT: Self = Self {
+        window_s: 0.5,
+        stillness: Stillness { rate_sigma_rad_s: 0.05, force_sigma_m_s2: 0.2 },
+        threshold: 2.0,
+        mean_rate_rad_s: 0.02,
+        velocity_sigma_m_s: 0.01,
+        turn_sigma_rad_s: 4.0e-3,
+    };
+}
+
+impl Default for StanceParameters {
+    fn default() -> Self {
+        Self {
+            window_s: 0.05,
+            stillness: Stillness { rate_sigma_rad_s: 0.1, force_sigma_m_s2: 0.5 },
+            threshold: 150.0,
+            statistic_scale: 10.0,
+            velocity_sigma_m_s: 0.03,
         }
     }
 }

@@ -122,6 +122,20 @@ impl State {
         self.covariance.set(heading, DEVIATION, -deviation_variance);
     }
 
+    /// The same state in a time that runs backwards: what is a rate changes its sign.
+    pub(crate) fn reversed(&self) -> Self {
+        let mut reversed = Self {
+            velocity: -self.velocity,
+            leaky_velocity: -self.leaky_velocity,
+            gyro_bias: -self.gyro_bias,
+            ..*self
+        };
+        for block in [VELOCITY, LEAKY_VELOCITY, GYRO_BIAS] {
+            reversed.covariance.rotate(block, -DMat3::IDENTITY);
+        }
+        reversed
+    }
+
     /// Whether every number in it is finite.
     pub fn is_finite(&self) -> bool {
         let vectors =

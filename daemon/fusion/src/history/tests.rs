@@ -5,7 +5,7 @@ use std::vec::Vec;
 use super::*;
 use crate::covariance::STATES;
 use crate::parameters::Parameters;
-use crate::predict::{Pending, ProcessNoise, Strapdown};
+use crate::predict::{Ground, Pending, ProcessNoise, Strapdown};
 use crate::testing::{Normal, attitudes, moved, state_at, unit};
 use crate::update::{fix, non_holonomic, speed, vehicle};
 use crate::{Rotation, VehicleParameters};
@@ -13,6 +13,7 @@ use crate::{Rotation, VehicleParameters};
 const EARTH_RATE: DVec3 = DVec3::new(0.0, 4.9e-5, 5.4e-5);
 const AROUND: Surroundings =
     Surroundings { gravity: DVec3::new(0.0, 0.0, -9.81), earth_rate: EARTH_RATE };
+const GROUND: Ground = Ground { earth_rate: EARTH_RATE, stands: false };
 const STEP_S: f64 = 0.0025;
 
 /// A vehicle-like motion: increments that turn and push.
@@ -33,7 +34,7 @@ fn drive(start: State, steps: &[Increment]) -> (Vec<State>, History) {
     let (mut state, mut history) = (start, History::EMPTY);
     let mut states = Vec::new();
     for step in steps {
-        strapdown.advance(&mut state, &mut pending, step, (&noise, EARTH_RATE));
+        strapdown.advance(&mut state, &mut pending, step, (&noise, GROUND));
         history.push(step);
         states.push(state);
     }

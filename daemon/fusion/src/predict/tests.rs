@@ -5,11 +5,14 @@ use crate::covariance::{Covariance, Row, STATES};
 use crate::parameters::SensorNoise;
 use crate::testing::{Dense, Normal, attitudes, moved, state_at, unit};
 
+/// A camera that may move, on an earth that does not turn.
+const STILL_EARTH: Ground = Ground { earth_rate: DVec3::ZERO, stands: false };
+
 /// Advances the state, its covariance at once.
 fn predict(state: &mut State, increment: &Increment, noise: &ProcessNoise) {
     let mut pending = Pending::NONE;
     let mut strapdown = Strapdown::NEW;
-    strapdown.advance(state, &mut pending, increment, (noise, DVec3::ZERO));
+    strapdown.advance(state, &mut pending, increment, (noise, STILL_EARTH));
     follow(state, &mut pending, noise);
 }
 
@@ -156,7 +159,12 @@ fn integrated(
     let (mut state, mut strapdown, mut pending) = (start, Strapdown::NEW, Pending::NONE);
     for step in 0..steps {
         let increment = increment(felt, step, span_s);
-        strapdown.advance(&mut state, &mut pending, &increment, (&noise, earth_rate));
+        strapdown.advance(
+            &mut state,
+            &mut pending,
+            &increment,
+            (&noise, Ground { earth_rate, stands: false }),
+        );
     }
     state
 }
@@ -228,7 +236,7 @@ fn a_constant_turn_is_exact() {
         let (mut state, mut strapdown) = (State::at(glam::DQuat::IDENTITY), Strapdown::NEW);
         let increment = Increment { span_s: 0.0025, angle: rate * 0.0025, velocity: DVec3::ZERO };
         for _ in 0..40_000 {
-            let surroundings = (&noise, DVec3::ZERO);
+            let surroundings = (&noise, STILL_EARTH);
             strapdown.advance(&mut state, &mut { Pending::NONE }, &increment, surroundings);
         }
         assert!(angle_between(state.orientation, so3::exp(rate * 100.0)) < 1e-9);

@@ -121,8 +121,8 @@ fn a_standing_camera_learns_velocity_and_bias() {
     }
     let rate = DVec3::new(0.01, -0.02, 0.03);
     let before = state;
-    standstill::zero_velocity(&mut state, 1e-3);
-    standstill::zero_rate(&mut state, rate, 1e-4);
+    standstill::zero_velocity(&mut state, super::apply_blind, 1e-3);
+    standstill::zero_rate(&mut state, super::apply_blind, rate, 1e-4);
     assert!(state.velocity.length() < 1e-6 && before.velocity.length() > 0.1);
     assert!((state.gyro_bias - rate).length() < 1e-8);
     assert_eq!(state.leaky_velocity, before.leaky_velocity, "another state");
@@ -151,7 +151,8 @@ fn levelling_turns_a_tilted_camera_upright() {
         let mut pending = crate::predict::Pending::NONE;
         let mut strapdown = crate::predict::Strapdown::NEW;
         for step in 0..12_000 {
-            let surroundings = (&noise, glam::DVec3::ZERO);
+            let ground = crate::predict::Ground { earth_rate: DVec3::ZERO, stands: false };
+            let surroundings = (&noise, ground);
             strapdown.advance(&mut state, &mut pending, &still, surroundings);
             crate::predict::follow(&mut state, &mut pending, &noise);
             if step % 40 == 39 {

@@ -28,7 +28,9 @@ fn errors_percent(rides: &[Ride]) -> Vec<f64> {
 fn with_speed_and_constraint_a_car_is_off_by_less_than_a_hundredth_of_its_way() {
     let mut rides: Vec<Ride> = (0..SEEDS).map(|seed| Ride::new(seed, in_vehicle())).collect();
     for (seconds, what) in [(64.0, "a minute"), (540.0, "ten minutes")] {
-        rides.iter_mut().for_each(|ride| ride.drive(seconds, 50.0, 0.05));
+        for ride in &mut rides {
+            ride.drive(seconds, 50.0, 0.05);
+        }
         let off = median(errors_percent(&rides));
         println!("{what}: {off:.2} % of the way");
         assert!(off < 1.0, "{what}: {off} %");
@@ -54,7 +56,9 @@ fn with_errors_of_scale_and_mounting_a_car_knows_how_far_off_it_is() {
         })
         .collect();
     for (seconds, what) in [(64.0, "a minute"), (240.0, "five minutes")] {
-        rides.iter_mut().for_each(|ride| ride.drive(seconds, 50.0, 0.05));
+        for ride in &mut rides {
+            ride.drive(seconds, 50.0, 0.05);
+        }
         println!("{what}: {:.2} % of the way", median(errors_percent(&rides)));
         // At a stop the velocity is known better than the counted pitch on the springs allows.
         assert_honest(what, &rides, (0.25, BAND.1));
@@ -68,7 +72,9 @@ fn unaided_a_car_knows_how_lost_it_is() {
     // The first seconds are too modest: the accelerometer's bias and the tilt it causes cancel until the
     // car turns.
     for (seconds, band) in [(14.0, (0.4, 1.57)), (10.0, (0.4, 1.57)), (20.0, BAND), (20.0, BAND)] {
-        rides.iter_mut().for_each(|ride| ride.drive_unaided(seconds));
+        for ride in &mut rides {
+            ride.drive_unaided(seconds);
+        }
         assert_honest("unaided", &rides, band);
     }
     let tilt_deg = rides.iter().map(|ride| {
