@@ -63,7 +63,7 @@ fn full_config() -> Config {
         shared_memory: SharedMemory::default(),
         lane: Lane { step_rate_hz: Some(400.0), ..Lane::default() },
         estimator: Estimator { validity: ValidityBounds::default(), ..Estimator::default() },
-        body: vec![RigidBody { name: "car".into(), vehicle: true }],
+        body: vec![RigidBody { name: "car".into(), vehicle: true, antenna_m: Some([0.0; 3]) }],
         camera: vec![full_camera()],
     }
 }
@@ -223,6 +223,7 @@ fn defaults_are_shown_where_a_file_could_say_them() {
         .map(|key| key.key)
         .collect();
     let expected = [
+        "body.antenna_m",
         "camera.body",
         "camera.calibration",
         "camera.serial",

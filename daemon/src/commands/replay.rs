@@ -123,6 +123,8 @@ struct Summary {
     counts: CoreCounts,
     phase: Phase,
     has_magnetometer: bool,
+    /// There are speeds, and no vehicle that has them.
+    speed_unused: bool,
 }
 
 fn replay_one(
@@ -153,6 +155,7 @@ fn replay_one(
     lane.give_up()?;
     let (counts, phase) = (lane.core.counts(), lane.core.phase());
     let has_magnetometer = lane.has_magnetometer;
+    let speed_unused = driver.has_speed() && lane.settings.estimator.vehicle.is_none();
     lane.writer.finish()?;
     match failure.get() {
         Some(what) => Err(ReplayCommandError::Broken {
@@ -167,6 +170,7 @@ fn replay_one(
             counts,
             phase,
             has_magnetometer,
+            speed_unused,
         }),
     }
 }
@@ -322,9 +326,19 @@ fn tell(recording: &Path, s: &Summary) {
         out_of_order = c.out_of_order,
         invalid = c.invalid,
         resets = c.resets,
+        aiding_used = c.aiding_used,
+        aiding_refused = c.aiding_refused,
+        aiding_invalid = c.aiding_invalid,
         "{}",
         recording.display()
     );
+    if s.speed_unused {
+        tracing::warn!(
+            "{}: its speed is not used: the configuration's replayed camera is on no vehicle \
+             (camera.body, body.vehicle)",
+            recording.display()
+        );
+    }
     if let Phase::Aligning(waiting) = s.phase {
         tracing::warn!("{}: never aligned: {waiting}", recording.display());
     } else if !s.has_magnetometer {

@@ -1,10 +1,11 @@
 //! The part of a lane that depends on its readings alone: same readings in, same bits out.
 
 use lodestone_fusion::{
-    Accepted, Estimate, Estimator, FieldReference, Grid, ImuSample, Parameters, Refusal,
+    Accepted, Aid, AidRefusal, Estimate, Estimator, FieldReference, Grid, ImuSample, Parameters, Refusal,
     SensorSpan, SensorTime, Waiting,
 };
 
+use super::aiding::AidQueue;
 use super::{Conditioner, LaneSettings};
 use crate::reading::Reading;
 
@@ -35,6 +36,8 @@ pub struct StepOutput {
     pub degraded: bool,
     /// The magnetic field is not the earth's at the configured place.
     pub field_unlike_earth: bool,
+    /// A fix that was refused for long was believed after all: the position jumped.
+    pub position_jumped: bool,
 }
 
 /// What became of a reading.
@@ -63,6 +66,12 @@ pub struct CoreCounts {
     pub invalid: u64,
     /// Times the filter began anew, or found north late: poses before and after do not compare.
     pub resets: u32,
+    /// Measurements by others that corrected the filter.
+    pub aiding_used: u64,
+    /// Measurements by others that did not fit, or came too late.
+    pub aiding_refused: u64,
+    /// Measurements by others that make no sense, are of the future, or cannot be used here.
+    pub aiding_invalid: u64,
 }
 
 /// Standard deviations up to which a filter that crossed a gap counts as recovered.
@@ -91,6 +100,8 @@ pub struct Core {
     earth: Option<FieldReference>,
     epoch: Option<u32>,
     backwards: Option<BackwardRun>,
+    aids: AidQueue,
+    position_jumped: bool,
     degraded: bool,
     phase: Phase,
     counts: CoreCounts,
@@ -108,6 +119,8 @@ impl Core {
             earth: settings.earth,
             epoch: None,
             backwards: None,
+            aids: AidQueue::new(settings.antenna_m),
+            position_jumped: false,
             degraded: false,
             phase: Phase::Aligning(Waiting::Collecting),
             counts: CoreCounts::default(),
@@ -126,11 +139,15 @@ impl Core {
                 return Taken { sample, refusal: Some(refusal) };
             }
         }
+        for aid in self.aids.recorded(reading).into_iter().flatten() {
+            self.aid(aid);
+        }
         while let Some(step) = self.grid.next_step() {
             self.counts.bridged += u64::from(step.bridged);
             let report = self.estimator.step(&step);
             self.counts.resets += u32::from(report.world_turned);
             self.phase = report.waiting.map_or(Phase::Running, Phase::Aligning);
+            self.offer_due(step.time);
             let estimate = self.estimator.estimate();
             if report.waiting.is_none() && estimate.is_none() {
                 // A state that is not finite has no way back.
@@ -145,9 +162,40 @@ impl Core {
                 saturated: step.saturated,
                 degraded: self.degraded,
                 field_unlike_earth: self.is_unlike_earth(estimate.as_ref()),
+                position_jumped: std::mem::take(&mut self.position_jumped),
             });
         }
         Taken { sample, refusal: None }
+    }
+
+    /// Takes a measurement by others, on the sensor's clock; it waits until the grid has come there.
+    pub fn aid(&mut self, aid: Aid) {
+        let newest = self.grid.last_sample().map_or(aid.time, |sample| sample.time);
+        if self.aids.push(aid, newest).is_err() {
+            self.counts.aiding_invalid += 1;
+        }
+    }
+
+    /// A measurement by others could not even be read.
+    pub const fn count_invalid_aid(&mut self) {
+        self.counts.aiding_invalid += 1;
+    }
+
+    /// Hands the estimator what is valid up to the end of its last step.
+    fn offer_due(&mut self, now: SensorTime) {
+        while let Some(aid) = self.aids.next_due(now) {
+            let report = self.estimator.aid(&aid);
+            self.position_jumped |= report.position_jumped;
+            match report.refusal {
+                None => self.counts.aiding_used += 1,
+                Some(AidRefusal::Invalid | AidRefusal::NoVehicle | AidRefusal::Future) => {
+                    self.counts.aiding_invalid += 1;
+                }
+                Some(AidRefusal::NotAligned | AidRefusal::TooOld | AidRefusal::Innovation) => {
+                    self.counts.aiding_refused += 1;
+                }
+            }
+        }
     }
 
     /// The pose at the last reading taken: the last step's, carried on over the remainder.
@@ -244,6 +292,7 @@ impl Core {
 
     fn reset(&mut self) {
         self.estimator = Estimator::new(self.parameters);
+        self.counts.aiding_refused += self.aids.clear();
         self.phase = Phase::Aligning(Waiting::Collecting);
         self.degraded = false;
         self.counts.resets += 1;

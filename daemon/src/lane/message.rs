@@ -2,9 +2,9 @@
 
 use glam::{DMat3, DVec3};
 use lodestone_config::model::ValidityBounds;
-use lodestone_fusion::{Estimate, HeadingOrigin, ImuSample, PositionOrigin, SensorTime, Waiting};
+use lodestone_fusion::{AidKind, Estimate, HeadingOrigin, ImuSample, PositionOrigin, SensorTime, Waiting};
 use lodestone_schema::{
-    AlignmentWait, CalibratedSample, HeadingSource, Pose, PositionSource, SampleFlags, Status,
+    AidFlags, AlignmentWait, CalibratedSample, HeadingSource, Pose, PositionSource, SampleFlags, Status,
     Validity,
 };
 
@@ -26,6 +26,7 @@ pub fn status_of(step: &StepOutput, calibrated: bool) -> Status {
         status.set(Status::STATIONARY, estimate.at_rest);
         status.set(Status::MAGNETIC_DISTURBANCE, estimate.magnetic_disturbance);
         status.set(Status::FIELD_UNLIKE_EARTH, step.field_unlike_earth);
+        status.set(Status::POSITION_JUMPED, step.position_jumped);
         status.set(Status::GIMBAL_LOCK, estimate.orientation.is_gimbal_locked());
     }
     status
@@ -75,6 +76,8 @@ pub(super) fn fill_pose(
     pose.validity = validity_of(estimate, bounds).bits();
     pose.heading_source = heading_source(estimate).code();
     pose.position_source = position_source(estimate).code();
+    pose.aids_used = aid_bits(estimate.aids.used);
+    pose.aids_refused = aid_bits(estimate.aids.refused);
     pose.position_m = estimate.position.into();
     pose.velocity_m_s = estimate.velocity.into();
     pose.orientation = estimate.orientation.quaternion().to_array();
@@ -90,6 +93,7 @@ pub(super) fn forget(pose: &mut Pose) {
     pose.validity = 0;
     pose.heading_source = HeadingSource::None.code();
     pose.position_source = PositionSource::None.code();
+    (pose.aids_used, pose.aids_refused) = (0, 0);
     pose.position_m = [f64::NAN; 3];
     pose.velocity_m_s = [f64::NAN; 3];
     pose.orientation = [f64::NAN; 4];
@@ -191,14 +195,28 @@ const fn heading_source(estimate: &Estimate) -> HeadingSource {
 
 const fn position_source(estimate: &Estimate) -> PositionSource {
     match estimate.position_origin {
+        PositionOrigin::Unaided => PositionSource::Inertial,
         PositionOrigin::Standstill => PositionSource::Standstill,
         PositionOrigin::Speed => PositionSource::AidingSpeed,
-        PositionOrigin::PositionFix | PositionOrigin::PoseFix => PositionSource::AidingPosition,
-        // What version 1 has no code for drifts as well, only less.
-        PositionOrigin::Unaided | PositionOrigin::NonHolonomic | PositionOrigin::Gradient => {
-            PositionSource::Inertial
-        }
+        PositionOrigin::NonHolonomic => PositionSource::NonHolonomic,
+        PositionOrigin::PositionFix => PositionSource::AidingPosition,
+        PositionOrigin::PoseFix => PositionSource::AidingPose,
+        PositionOrigin::Gradient => PositionSource::MagneticGradient,
     }
+}
+
+/// The kinds of aids in the schema's bits.
+fn aid_bits(aids: lodestone_fusion::AidFlags) -> u8 {
+    let bit = |kind: AidKind| match kind {
+        AidKind::Standstill => AidFlags::STANDSTILL,
+        AidKind::Speed => AidFlags::SPEED,
+        AidKind::NonHolonomic => AidFlags::NON_HOLONOMIC,
+        AidKind::PositionFix => AidFlags::POSITION_FIX,
+        AidKind::PoseFix => AidFlags::POSE_FIX,
+        AidKind::Gradient => AidFlags::GRADIENT,
+    };
+    let present = AidKind::ALL.into_iter().filter(|kind| aids.contains(*kind)).map(bit);
+    present.fold(AidFlags::empty(), AidFlags::union).bits()
 }
 
 const fn upper_triangle(m: DMat3) -> [f64; 6] {

@@ -8,10 +8,12 @@
 //! [`Core`] is all of it that depends on the readings alone; replaying a recording and running
 //! live differ only in what surrounds it ([`Worker`] for a live lane).
 
+mod aiding;
 mod conditioner;
 mod core;
 mod message;
 mod settings;
+mod vehicle;
 #[cfg(test)]
 mod tests;
 mod worker;

@@ -13,6 +13,7 @@ use lodestone_fusion::{
 };
 
 use super::Conditioner;
+use super::vehicle::{antenna_of, vehicle_of};
 use crate::driver::synthetic::{EarthField, FieldError};
 
 /// How a lane reacts to silence and gaps.
@@ -43,6 +44,8 @@ pub struct LaneSettings {
     pub timing: Timing,
     /// The earth's field at the configured place and date, where the World Magnetic Model covers it.
     pub earth: Option<FieldReference>,
+    /// Where position fixes of a recording hold, from the camera's origin in its own axes, m.
+    pub antenna_m: DVec3,
 }
 
 impl LaneSettings {
@@ -86,6 +89,7 @@ impl LaneSettings {
             },
             validity: config.estimator.validity,
             earth: reference,
+            antenna_m: antenna_of(config, camera),
             timing: Timing {
                 stale_after: Duration::from_secs_f64(lane.stale_after_s),
                 reset_after: SensorSpan::from_secs_f64(lane.reset_after_s),
@@ -145,6 +149,7 @@ fn parameters_of(
             enabled: config.estimator.hard_iron_refinement,
             ..defaults.hard_iron
         },
+        vehicle: vehicle_of(config, camera),
         ..defaults
     }
 }

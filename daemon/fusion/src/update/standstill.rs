@@ -143,7 +143,7 @@ impl Standstill {
         let timing = (interval_s, around.velocity_is_measured);
         self.at_rest = quiet && self.belief.holds(state, window, sigma_m_s, timing);
         if !quiet {
-            self.belief.end_doubt();
+            self.belief.end_quiet();
         }
         if !self.at_rest {
             self.resting_s = 0.0;
