@@ -2,10 +2,13 @@
 
 use glam::{DMat3, DVec3};
 use lodestone_config::model::ValidityBounds;
-use lodestone_fusion::{Estimate, HeadingOrigin, ImuSample, PositionOrigin, SensorTime, Waiting};
+use lodestone_fusion::{
+    self as fusion, AidKind, Estimate, HeadingOrigin, ImuSample, PositionOrigin, SensorTime,
+    Waiting,
+};
 use lodestone_schema::{
-    AlignmentWait, CalibratedSample, HeadingSource, Pose, PositionSource, SampleFlags, Status,
-    Validity,
+    AidFlags, AlignmentWait, CalibratedSample, HeadingSource, Pose, PositionSource, SampleFlags,
+    Status, Validity,
 };
 
 use super::{Phase, StepOutput};
@@ -75,6 +78,8 @@ pub(super) fn fill_pose(
     pose.validity = validity_of(estimate, bounds).bits();
     pose.heading_source = heading_source(estimate).code();
     pose.position_source = position_source(estimate).code();
+    pose.aids_used = aid_bits(estimate.aids.used);
+    pose.aids_refused = aid_bits(estimate.aids.refused);
     pose.position_m = estimate.position.into();
     pose.velocity_m_s = estimate.velocity.into();
     pose.orientation = estimate.orientation.quaternion().to_array();
@@ -90,6 +95,7 @@ pub(super) fn forget(pose: &mut Pose) {
     pose.validity = 0;
     pose.heading_source = HeadingSource::None.code();
     pose.position_source = PositionSource::None.code();
+    (pose.aids_used, pose.aids_refused) = (0, 0);
     pose.position_m = [f64::NAN; 3];
     pose.velocity_m_s = [f64::NAN; 3];
     pose.orientation = [f64::NAN; 4];
@@ -193,12 +199,26 @@ const fn position_source(estimate: &Estimate) -> PositionSource {
     match estimate.position_origin {
         PositionOrigin::Standstill => PositionSource::Standstill,
         PositionOrigin::Speed => PositionSource::AidingSpeed,
-        PositionOrigin::PositionFix | PositionOrigin::PoseFix => PositionSource::AidingPosition,
-        // What version 1 has no code for drifts as well, only less.
-        PositionOrigin::Unaided | PositionOrigin::NonHolonomic | PositionOrigin::Gradient => {
-            PositionSource::Inertial
-        }
+        PositionOrigin::PositionFix => PositionSource::AidingPosition,
+        PositionOrigin::PoseFix => PositionSource::AidingPose,
+        PositionOrigin::NonHolonomic => PositionSource::NonHolonomic,
+        PositionOrigin::Gradient => PositionSource::MagneticGradient,
+        PositionOrigin::Unaided => PositionSource::Inertial,
     }
+}
+
+/// The bits of a set of aids.
+fn aid_bits(aids: fusion::AidFlags) -> u8 {
+    const BITS: [(AidKind, AidFlags); 6] = [
+        (AidKind::Standstill, AidFlags::STANDSTILL),
+        (AidKind::Speed, AidFlags::SPEED),
+        (AidKind::NonHolonomic, AidFlags::NON_HOLONOMIC),
+        (AidKind::PositionFix, AidFlags::POSITION_FIX),
+        (AidKind::PoseFix, AidFlags::POSE_FIX),
+        (AidKind::Gradient, AidFlags::GRADIENT),
+    ];
+    let there = BITS.into_iter().filter(|(kind, _)| aids.contains(*kind));
+    there.fold(AidFlags::empty(), |bits, (_, bit)| bits | bit).bits()
 }
 
 const fn upper_triangle(m: DMat3) -> [f64; 6] {
