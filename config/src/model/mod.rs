@@ -61,6 +61,16 @@ pub enum North {
     True,
 }
 
+impl North {
+    /// Its word in a configuration.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Magnetic => "magnetic",
+            Self::True => "true",
+        }
+    }
+}
+
 /// The world frame and the place that fixes the earth's field in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
