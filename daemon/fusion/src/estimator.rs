@@ -5,16 +5,19 @@ use glam::{DMat3, DVec3};
 use crate::aid_status::{AidStatus, PositionOrigin};
 use crate::aids::Aids;
 use crate::alignment::{Alignment, Waiting};
-use crate::covariance::{ORIENTATION, POSITION, VELOCITY};
+use crate::covariance::{DEVIATION, ORIENTATION, POSITION, VELOCITY};
 use crate::frame::{Body, Rotation, World};
 use crate::grid::{Increment, Step};
 use crate::parameters::Parameters;
 use crate::predict::{Pending, ProcessNoise, advance, follow};
+use crate::relative::{FieldTie, Station};
 use crate::so3;
 use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
 use crate::update::Outcome;
 use crate::update::compass::CompassReport;
+
+pub(crate) mod place;
 
 /// Where a heading comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +83,8 @@ pub struct Estimate {
     pub position_covariance: DMat3,
     /// Covariance of the velocity, (m/s)².
     pub velocity_covariance: DMat3,
+    /// How the orientation's error hangs on the field at this place.
+    pub field: FieldTie,
     /// Where the heading comes from.
     pub heading_origin: HeadingOrigin,
     /// Where the position comes from.
@@ -92,6 +97,27 @@ pub struct Estimate {
     pub magnetic_disturbance: bool,
     /// The field in the world, smoothed, µT, if the magnetometer spoke.
     pub magnetic_field_ut: Option<DVec3>,
+}
+
+impl Estimate {
+    /// What a relative pose needs of it.
+    pub fn station(&self) -> Station {
+        Station {
+            orientation: self.orientation,
+            orientation_covariance: self.orientation_covariance,
+            angular_rate: self.angular_rate,
+            position: self.position,
+            position_covariance: self.position_covariance,
+            velocity: self.velocity,
+            velocity_covariance: self.velocity_covariance,
+            field: self.field,
+        }
+    }
+
+    /// Whether anything is known of the position.
+    pub fn is_position_known(&self) -> bool {
+        place::is_position_known(self.position_covariance)
+    }
 }
 
 /// The estimator's state; a copy of it saves and restores the filter.
@@ -190,6 +216,7 @@ impl Estimator {
             orientation_covariance: self.orientation_covariance(block(ORIENTATION)),
             position_covariance: block(POSITION),
             velocity_covariance: block(VELOCITY),
+            field: self.field_tie(state),
             heading_origin: self.aids.heading_origin,
             position_origin: self.aids.ledger.status().position_origin(),
             aids: self.aids.ledger.status(),
@@ -207,6 +234,16 @@ impl Estimator {
         };
         covariance.z_axis.z += beyond * beyond;
         covariance
+    }
+
+    fn field_tie(&self, state: &State) -> FieldTie {
+        let p = &self.parameters.compass;
+        FieldTie {
+            with_orientation_rad2: state.covariance.with_state(ORIENTATION, DEVIATION),
+            variance_rad2: state.covariance.variance(DEVIATION),
+            prior_variance_rad2: p.deviation_sigma_rad * p.deviation_sigma_rad,
+            way_m: p.deviation_way_m,
+        }
     }
 
     fn align(&mut self, step: &Step) -> StepReport {

@@ -2,6 +2,7 @@
 
 mod consistency;
 mod magnetism;
+mod relative;
 mod scene;
 mod simulation;
 mod starts;
