@@ -189,6 +189,12 @@ impl Estimator {
         self.state.as_ref()
     }
 
+    /// The undisturbed field that the compass expects, in the world, µT; `None` without a magnetometer.
+    pub fn expected_field_ut(&self) -> Option<DVec3> {
+        let reference = self.aids.compass.reference()?;
+        Some(reference.in_world(self.parameters.field_bearing_rad))
+    }
+
     /// Pose and motion at the end of the last step, once aligned.
     pub fn estimate(&self) -> Option<Estimate> {
         self.estimate_ahead(&Increment::ZERO)

@@ -28,7 +28,7 @@
 use glam::{DMat3, DVec3};
 
 use crate::estimator::place::is_position_known;
-use crate::frame::{Body, Rotation, World};
+use crate::frame::{Body, Rotation, Vehicle, World};
 use crate::so3;
 
 #[cfg(test)]
@@ -131,6 +131,68 @@ impl Station {
             }
         })
     }
+}
+
+/// How a camera sits on a rigid body, as it was measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mount {
+    /// The camera's axes to the body's.
+    pub orientation: Rotation<Vehicle, Body>,
+    /// Position on the body, in the body's axes, m.
+    pub position: DVec3,
+    /// How well the rotation is known about each axis, 1σ, rad.
+    pub rotation_sigma_rad: f64,
+    /// How well the position is known along each axis, 1σ, m.
+    pub position_sigma_m: f64,
+}
+
+impl Mount {
+    /// The camera as a station in the frame of its body, which stands still in it.
+    fn on_body(&self) -> Station {
+        let square = |x: f64| DMat3::from_diagonal(DVec3::splat(x * x));
+        Station {
+            orientation: Rotation::from_unit(self.orientation.quaternion()),
+            orientation_covariance: square(self.rotation_sigma_rad),
+            angular_rate: DVec3::ZERO,
+            position: self.position,
+            position_covariance: square(self.position_sigma_m),
+            velocity: DVec3::ZERO,
+            velocity_covariance: DMat3::ZERO,
+            field: FieldTie {
+                with_orientation_rad2: DVec3::ZERO,
+                variance_rad2: 0.0,
+                prior_variance_rad2: 0.0,
+                way_m: 1.0,
+            },
+        }
+    }
+
+    /// A camera that sits so on a body that is known: where it is and how it moves, its mounting's
+    /// errors included.
+    pub fn carried_by(&self, body: &Station) -> Station {
+        let turn = body.orientation.matrix();
+        let arm = turn * self.position;
+        let rate = turn * body.angular_rate;
+        let by_turn = so3::skew(arm);
+        let square = |x: f64| DMat3::from_diagonal(DVec3::splat(x * x));
+        let turned = by_turn * body.orientation_covariance * by_turn.transpose();
+        let camera = self.orientation.quaternion();
+        Station {
+            orientation: Rotation::from_unit(body.orientation.quaternion() * camera),
+            orientation_covariance: body.orientation_covariance + square(self.rotation_sigma_rad),
+            angular_rate: camera.conjugate() * body.angular_rate,
+            position: body.position + arm,
+            position_covariance: body.position_covariance + turned + square(self.position_sigma_m),
+            velocity: body.velocity + rate.cross(arm),
+            ..*body
+        }
+    }
+}
+
+/// Camera b as camera a has it, where both sit on one rigid body: as they were mounted, whatever the
+/// body does.
+pub fn mounted(a: &Mount, b: &Mount) -> Relative {
+    Relative { field_correlation: 1.0, ..relative(&a.on_body(), &b.on_body()) }
 }
 
 /// Camera b as camera a has it; both at the same instant.

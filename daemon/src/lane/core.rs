@@ -7,6 +7,7 @@ use lodestone_fusion::{
 
 use super::{Conditioner, LaneSettings};
 use crate::reading::Reading;
+use crate::world::{Membership, WorldStep};
 
 /// How far the filter is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +36,8 @@ pub struct StepOutput {
     pub degraded: bool,
     /// The magnetic field is not the earth's at the configured place.
     pub field_unlike_earth: bool,
+    /// The world that the pose is in.
+    pub world: WorldStep,
 }
 
 /// What became of a reading.
@@ -86,6 +89,7 @@ pub struct Core {
     conditioner: Conditioner,
     grid: Grid,
     estimator: Estimator,
+    membership: Membership,
     parameters: Parameters,
     reset_after: SensorSpan,
     earth: Option<FieldReference>,
@@ -97,9 +101,15 @@ pub struct Core {
 }
 
 impl Core {
-    /// A core that waits for its first reading.
+    /// A core that waits for its first reading, in a world of its own.
     pub fn new(settings: &LaneSettings) -> Self {
+        Self::in_world(settings, Membership::alone(settings.member))
+    }
+
+    /// A core that waits for its first reading, in a world that it shares.
+    pub fn in_world(settings: &LaneSettings, membership: Membership) -> Self {
         Self {
+            membership,
             conditioner: settings.conditioner.clone(),
             grid: Grid::new(settings.grid),
             estimator: Estimator::new(settings.estimator),
@@ -129,13 +139,17 @@ impl Core {
         while let Some(step) = self.grid.next_step() {
             self.counts.bridged += u64::from(step.bridged);
             let report = self.estimator.step(&step);
-            self.counts.resets += u32::from(report.world_turned);
+            let arrival = reading.arrival;
+            let began_anew =
+                self.membership.follow(&mut self.estimator, report.just_aligned, arrival);
+            self.counts.resets += u32::from(report.world_turned || began_anew);
             self.phase = report.waiting.map_or(Phase::Running, Phase::Aligning);
             let estimate = self.estimator.estimate();
             if report.waiting.is_none() && estimate.is_none() {
                 // A state that is not finite has no way back.
                 self.reset();
             }
+            let world = self.membership.note(estimate.as_ref(), arrival);
             self.degraded = self.degraded && !estimate.as_ref().is_some_and(recovered);
             on_step(&StepOutput {
                 time: step.time,
@@ -145,6 +159,7 @@ impl Core {
                 saturated: step.saturated,
                 degraded: self.degraded,
                 field_unlike_earth: self.is_unlike_earth(estimate.as_ref()),
+                world,
             });
         }
         Taken { sample, refusal: None }
@@ -153,6 +168,11 @@ impl Core {
     /// The pose at the last reading taken: the last step's, carried on over the remainder.
     pub fn at_last_reading(&self) -> Option<Estimate> {
         self.estimator.estimate_ahead(&self.grid.remainder())
+    }
+
+    /// The lane's part in the world.
+    pub const fn membership(&self) -> &Membership {
+        &self.membership
     }
 
     /// How far the filter is.

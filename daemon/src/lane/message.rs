@@ -75,6 +75,7 @@ pub(super) fn fill_pose(
         forget(pose);
         return;
     };
+    pose.world_epoch = step.world.epoch;
     pose.validity = validity_of(estimate, bounds).bits();
     pose.heading_source = heading_source(estimate).code();
     pose.position_source = position_source(estimate).code();
@@ -88,6 +89,18 @@ pub(super) fn fill_pose(
     pose.position_covariance_m2 = upper_triangle(estimate.position_covariance);
     pose.velocity_covariance_m2_s2 = upper_triangle(estimate.velocity_covariance);
     pose.orientation_covariance_rad2 = upper_triangle(orientation_covariance(estimate));
+    if step.world.epoch == 0 || !estimate.is_position_known() {
+        forget_position(pose);
+    }
+}
+
+/// There is no world yet, or nobody has said where in it the camera stands.
+fn forget_position(pose: &mut Pose) {
+    const UNKNOWN: [f64; 6] = [f64::INFINITY, 0.0, 0.0, f64::INFINITY, 0.0, f64::INFINITY];
+    pose.validity &= !Validity::POSITION.bits();
+    pose.position_source = PositionSource::None.code();
+    pose.position_m = [f64::NAN; 3];
+    pose.position_covariance_m2 = UNKNOWN;
 }
 
 /// Turns a pose into one of which nothing is known but its times.

@@ -177,3 +177,29 @@ fn carrying_a_pose_on_turns_and_moves_it() {
     let back = later.carried(-0.01);
     assert!((back.position - turning.position).length() < 1e-12);
 }
+
+#[test]
+fn two_cameras_on_one_body_are_as_they_were_mounted_however_the_body_turns() {
+    let mount = |yaw: f64, position: DVec3| Mount {
+        orientation: Rotation::from_yaw_pitch_roll(yaw, 0.1, -0.05),
+        position,
+        rotation_sigma_rad: 0.01,
+        position_sigma_m: 0.005,
+    };
+    let (a, b) = (mount(0.0, DVec3::new(1.2, 0.3, 0.9)), mount(3.0, DVec3::new(-1.5, 0.0, 1.1)));
+    let surveyed = mounted(&a, &b);
+    let body = station(6, so3::exp(DVec3::new(0.2, 0.1, 2.0)), DVec3::new(7.0, 8.0, 9.0));
+    let seen = relative(&a.carried_by(&body), &b.carried_by(&body));
+    let turned = surveyed.orientation.quaternion() * seen.orientation.quaternion().conjugate();
+    assert!(so3::log(turned).length() < 1e-12);
+    let (expected, found) = (surveyed.distance.unwrap(), seen.distance.unwrap());
+    assert!((expected.vector - found.vector).length() < 1e-12);
+    // The mounting's errors, both of them, and not the body's.
+    let variance = surveyed.orientation_covariance.x_axis.x;
+    assert!((variance - 2.0 * 0.01_f64.powi(2)).abs() < 1e-12);
+    // A camera off the axis moves while the body turns.
+    let spinning = Station { angular_rate: DVec3::Z, velocity: DVec3::ZERO, ..body };
+    let ahead = 1e-6;
+    let moved = a.carried_by(&spinning.carried(ahead)).position - a.carried_by(&spinning).position;
+    assert!((moved / ahead - a.carried_by(&spinning).velocity).length() < 1e-5);
+}
