@@ -9,6 +9,7 @@ use lodestone_client::{
     CameraPose, ConnectError, LaneState, LookupError, LookupLimits, OpenError, StreamError, Time,
     Validity, monotonic_now_ns,
 };
+use lodestone_schema::SCHEMA_VERSION;
 use support::publisher::{Publisher, UNIX_OFFSET_NS, publish_as_ordered};
 use support::{TestDomain, eventually};
 
@@ -230,14 +231,15 @@ fn health_is_followed_too() {
 #[test]
 fn another_schema_version_is_named() {
     let domain = TestDomain::shared();
-    let _publisher = Publisher::start_version(&domain, "foreign", 2);
+    let other = SCHEMA_VERSION + 1;
+    let _publisher = Publisher::start_version(&domain, "foreign", other);
     let mut poses = domain.client().poses("foreign").unwrap();
     let Err(StreamError::NotConnected(error)) = poses.latest() else { panic!("connected") };
     assert!(
-        matches!(&*error, ConnectError::Open(OpenError::OtherVersion { found: 2, .. })),
+        matches!(&*error, ConnectError::Open(OpenError::OtherVersion { found, .. }) if *found == other),
         "{error}"
     );
-    assert!(error.to_string().contains("schema version 2"), "{error}");
+    assert!(error.to_string().contains(&format!("schema version {other}")), "{error}");
 }
 
 #[test]
@@ -272,6 +274,6 @@ fn the_cameras_can_be_listed() {
     let domain = TestDomain::shared();
     let _publisher = Publisher::start(&domain, "listed", 8);
     let found = domain.client().cameras().unwrap();
-    assert!(found.iter().any(|f| f.camera == "listed" && f.version == 1), "{found:?}");
+    assert!(found.iter().any(|f| f.camera == "listed" && f.version == SCHEMA_VERSION), "{found:?}");
     assert!(Path::new(&domain.root).is_dir());
 }

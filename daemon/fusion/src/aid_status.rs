@@ -76,6 +76,11 @@ impl AidFlags {
         self.0 & Self::of(kind).0 != 0
     }
 
+    /// One bit for each kind, in the order of [`AidKind::ALL`].
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
     /// Whether there is none.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
@@ -92,6 +97,16 @@ pub struct AidStatus {
 }
 
 impl AidStatus {
+    /// Whether the velocity is measured in all directions, so that gravity needs no levelling by the
+    /// assumption that a camera's velocity stays small.
+    pub const fn holds_velocity(self) -> bool {
+        let rolls = self.used.contains(AidKind::Speed) && self.used.contains(AidKind::NonHolonomic);
+        rolls
+            || self.used.contains(AidKind::PositionFix)
+            || self.used.contains(AidKind::PoseFix)
+            || self.used.contains(AidKind::Gradient)
+    }
+
     /// The aid that holds the position best: one that sees it goes before one that sees a velocity.
     pub const fn position_origin(self) -> PositionOrigin {
         if self.used.contains(AidKind::PoseFix) {

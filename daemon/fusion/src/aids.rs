@@ -1,17 +1,16 @@
 //! What keeps the inertial state from drifting, and when each of it is due.
 
 use crate::aid_status::{AidKind, AidLedger};
-use crate::covariance::{GYRO_BIAS, ORIENTATION};
+use crate::covariance::ORIENTATION;
 use crate::estimator::{HeadingOrigin, StepReport};
 use crate::grid::Step;
 use crate::hard_iron::HardIron;
 use crate::parameters::{HeadingMode, Parameters};
-use crate::predict::{FOLLOW_S, Pending, ProcessNoise, follow};
-use crate::rest::{RestDetector, WindowStatistics};
+use crate::predict::{FOLLOW_S, Ground, Pending, ProcessNoise, follow};
 use crate::state::State;
 use crate::update::compass::{Compass, CompassReport, FieldAverage};
 use crate::update::levelling::Levelling;
-use crate::update::standstill;
+use crate::update::standstill::{Around, Standstill, Windows};
 use glam::DVec3;
 
 /// Readings refused for this long make the heading "held".
@@ -20,9 +19,7 @@ const HELD_AFTER_S: f64 = 1.0;
 /// Standstill, levelling and compass, with the clocks that say when each is due.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Aids {
-    rest: RestDetector,
-    resting_s: f64,
-    pub(crate) at_rest: bool,
+    pub(crate) standstill: Standstill,
     since_levelling_s: f64,
     levelling: Levelling,
     pub(crate) compass: Compass,
@@ -34,7 +31,7 @@ pub(crate) struct Aids {
 
 /// What is due after a step.
 struct Due {
-    window: Option<WindowStatistics>,
+    windows: Windows,
     levelling: bool,
     field: Option<FieldAverage>,
 }
@@ -42,9 +39,7 @@ struct Due {
 impl Aids {
     pub(crate) fn new(p: &Parameters) -> Self {
         Self {
-            rest: RestDetector::new(),
-            resting_s: 0.0,
-            at_rest: false,
+            standstill: Standstill::new(false),
             since_levelling_s: 0.0,
             levelling: Levelling::new(),
             compass: Compass::new(),
@@ -57,7 +52,7 @@ impl Aids {
 
     /// The alignment is done; whether the camera stood.
     pub(crate) fn begin(&mut self, at_rest: bool) {
-        self.at_rest = at_rest;
+        self.standstill = Standstill::new(at_rest);
         if at_rest {
             self.ledger.note(AidKind::Standstill, true);
         }
@@ -67,10 +62,19 @@ impl Aids {
     /// the world that goes with the hard iron.
     pub(crate) fn cross_gap(&mut self) {
         self.hard_iron.forget_field();
-        self.rest = RestDetector::new();
-        self.at_rest = false;
-        self.resting_s = 0.0;
+        self.standstill = Standstill::new(false);
         self.ledger = AidLedger::EMPTY;
+    }
+
+    /// The earth's rate in the world, rad/s, as far as it is known there: without a north only how it
+    /// turns about up.
+    pub(crate) fn earth_rate(&self, p: &Parameters) -> DVec3 {
+        p.earth_rate_where(self.heading_origin != HeadingOrigin::Arbitrary)
+    }
+
+    /// What is known of the ground that the camera moves above.
+    pub(crate) fn ground(&self, p: &Parameters) -> Ground {
+        Ground { earth_rate: self.earth_rate(p), stands: self.standstill.holds() }
     }
 
     /// The alignment used a field, in the world.
@@ -89,17 +93,20 @@ impl Aids {
         (p, noise): (&Parameters, &ProcessNoise),
     ) -> StepReport {
         let due = self.watch(state, step, turn_rad, p);
-        let mut report = StepReport { at_rest: self.at_rest, ..StepReport::QUIET };
-        if due.window.is_none() && !due.levelling && due.field.is_none() {
+        let mut report = StepReport { at_rest: self.standstill.stands(), ..StepReport::QUIET };
+        if due.windows.is_empty() && !due.levelling && due.field.is_none() {
             if pending.span_s >= FOLLOW_S {
                 follow(state, pending, noise);
             }
             return report;
         }
         follow(state, pending, noise);
-        if let Some(window) = &due.window {
-            self.stand(state, window, p);
-        }
+        let around = Around {
+            earth_rate: self.earth_rate(p),
+            velocity_is_measured: self.ledger.status().holds_velocity(),
+        };
+        report.standstill = self.standstill.update(state, &due.windows, around, p);
+        self.note_standstill();
         report.levelling = due.levelling.then(|| self.levelling.update(state, &p.levelling));
         if let Some(field) = &due.field {
             report.world_turned =
@@ -109,8 +116,16 @@ impl Aids {
             }
         }
         state.covariance.restore();
-        report.at_rest = self.at_rest;
+        report.at_rest = self.standstill.stands();
         report
+    }
+
+    fn note_standstill(&mut self) {
+        if self.standstill.stands() {
+            self.ledger.note(AidKind::Standstill, true);
+        } else {
+            self.ledger.end(AidKind::Standstill);
+        }
     }
 
     /// Collects what the step brings.
@@ -118,9 +133,11 @@ impl Aids {
         let span_s = step.increment.span_s;
         self.ledger.pass(span_s);
         self.since_levelling_s += span_s;
-        let levelling = self.since_levelling_s >= p.levelling.interval_s;
+        let mut levelling = self.since_levelling_s >= p.levelling.interval_s;
         if levelling {
             self.since_levelling_s = 0.0;
+            // Where the velocity is measured, it levels, and knows what accelerations there are.
+            levelling = !self.ledger.status().holds_velocity();
         }
         self.since_compass_s += span_s;
         let speed = libm::sqrt(state.leaky_velocity.length_squared());
@@ -139,25 +156,7 @@ impl Aids {
         if self.compass.reference().is_some() {
             self.heading_origin = self.origin_now(p.heading);
         }
-        Due { window: self.rest.push(&step.increment, &p.rest), levelling, field }
-    }
-
-    fn stand(&mut self, state: &mut State, window: &WindowStatistics, p: &Parameters) {
-        let bias_sigma = libm::sqrt(state.covariance.variances(GYRO_BIAS).max_element());
-        self.at_rest = window.is_rest(state.gyro_bias, bias_sigma, &p.rest);
-        if !self.at_rest {
-            self.resting_s = 0.0;
-            self.ledger.end(AidKind::Standstill);
-            return;
-        }
-        self.resting_s += p.rest.interval_s;
-        self.ledger.note(AidKind::Standstill, true);
-        let faded = self.resting_s > 2.0 * p.levelling.time_constant_s;
-        standstill::zero_velocity(state, p.rest.velocity_sigma_m_s, faded);
-        // The window is longer than the interval, so successive means are correlated: the noise is
-        // counted as if each block came alone.
-        let noise = p.noise.gyro_density / libm::sqrt(p.rest.interval_s);
-        standstill::zero_rate(state, window.confirmed_rate, noise.max(2e-4));
+        Due { windows: self.standstill.watch(&step.increment, p), levelling, field }
     }
 
     fn steer(

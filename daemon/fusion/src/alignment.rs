@@ -107,7 +107,7 @@ impl Alignment {
         }
         self.quiet_s += step.increment.span_s;
         self.coarse.push(step);
-        let window = self.detector.push(&step.increment, &p.rest)?;
+        let window = self.detector.push(&step.increment, p.alignment.window_s)?;
         match refuse(&window, p) {
             Some(reason) => {
                 let (detector, mut coarse) = (self.detector, self.coarse);
@@ -131,7 +131,12 @@ impl Alignment {
         let heading = bearing.map_or(0.0, |bearing| bearing - p.field_bearing_rad);
         let orientation = so3::exp(DVec3::Z * heading) * level;
         let field = field.map(|f| so3::exp(DVec3::Z * heading) * f);
-        let mut state = State { gyro_bias: window.rate, ..State::at(orientation) };
+        // A gyroscope at rest shows its bias and the earth's rate.
+        let earth_rate = orientation.conjugate() * p.earth_rate_where(bearing.is_some());
+        let believed = square(p.noise.gyro_bias_sigma);
+        let share = believed / (believed + rate_variance(window, p));
+        let gyro_bias = (window.rate - earth_rate) * share;
+        let mut state = State { gyro_bias, ..State::at(orientation) };
         state.covariance = first_covariance(&state, window, field, p);
         Aligned { state, field, field_span_s: f64::INFINITY, at_rest: true }
     }
@@ -146,10 +151,14 @@ impl Default for Alignment {
 fn refuse(window: &WindowStatistics, p: &Parameters) -> Option<Waiting> {
     let norm = libm::sqrt(window.force.length_squared());
     let rate = libm::sqrt(window.rate.length_squared());
-    if window.rate_deviation > p.rest.rate_deviation_rad_s {
-        Some(Waiting::Turning(window.rate_deviation))
-    } else if window.force_deviation > p.rest.force_deviation_m_s2 {
-        Some(Waiting::Shaking(window.force_deviation))
+    let (by_rate, by_force) = window.spread(&p.rest.stillness);
+    if by_rate + by_force > p.rest.threshold {
+        let turning = by_rate > by_force;
+        Some(if turning {
+            Waiting::Turning(window.rate_deviation)
+        } else {
+            Waiting::Shaking(window.force_deviation)
+        })
     } else if (norm - p.gravity_m_s2).abs() > p.alignment.gravity_tolerance_m_s2 {
         Some(Waiting::NotGravity(norm))
     } else if rate > p.alignment.max_bias_rad_s.max(3.0 * p.noise.gyro_bias_sigma) {
@@ -170,6 +179,15 @@ fn level(force: DVec3) -> DQuat {
     DQuat::from_rotation_arc(up, DVec3::Z)
 }
 
+fn square(x: f64) -> f64 {
+    x * x
+}
+
+/// Variance of a window's mean rate as a measurement of the gyroscope's bias, (rad/s)².
+fn rate_variance(window: &WindowStatistics, p: &Parameters) -> f64 {
+    square(p.noise.gyro_density) / window.span_s + square(p.rest.turn_sigma_rad_s)
+}
+
 fn first_covariance(
     state: &State,
     window: &WindowStatistics,
@@ -178,12 +196,11 @@ fn first_covariance(
 ) -> Covariance {
     let n = &p.noise;
     let mut cov = Covariance::ZERO;
-    let square = |x: f64| x * x;
 
-    cov.set_independent(
-        GYRO_BIAS,
-        DMat3::from_diagonal(DVec3::splat(square(n.gyro_density) / window.span_s + square(1e-4))),
-    );
+    let believed = square(n.gyro_bias_sigma);
+    let measured = rate_variance(window, p);
+    let bias_variance = believed * measured / (believed + measured);
+    cov.set_independent(GYRO_BIAS, DMat3::from_diagonal(DVec3::splat(bias_variance)));
     cov.set_independent(ACCEL_BIAS, DMat3::from_diagonal(DVec3::splat(square(n.accel_bias_sigma))));
     cov.set_independent(
         LEAKY_VELOCITY,

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 mod symmetry;
 
 /// Number of error states.
-pub const STATES: usize = 20;
+pub const STATES: usize = 23;
 
 /// A row of a measurement Jacobian, or a gain: one number per error state.
 pub type Row = [f64; STATES];
@@ -31,6 +31,11 @@ pub const LEAKY_VELOCITY: Block = Block(15);
 pub const DEVIATION: usize = 18;
 /// Index of the error of the magnetometer's delay, s.
 pub const MAG_DELAY: usize = 19;
+/// Index of the first of two errors of a camera's mounting on its vehicle, rad: a small rotation of
+/// the vehicle's axes about their y (pitch), and next to it about their z (yaw).
+pub const MOUNTING: usize = 20;
+/// Index of the error of the speed's scale factor, a part of one.
+pub const SPEED_SCALE: usize = 22;
 
 /// A symmetric positive semi-definite matrix over the error states; units are those of the states.
 ///

@@ -3,13 +3,15 @@
 use glam::{DMat3, DVec3};
 
 use crate::aid_status::{AidStatus, PositionOrigin};
+use crate::aiding::{Aid, AidRefusal, AidReport, Aiding, Setting};
 use crate::aids::Aids;
 use crate::alignment::{Alignment, Waiting};
-use crate::covariance::{DEVIATION, ORIENTATION, POSITION, VELOCITY};
+use crate::covariance::{DEVIATION, MOUNTING, ORIENTATION, POSITION, SPEED_SCALE, VELOCITY};
 use crate::frame::{Body, Rotation, World};
 use crate::grid::{Increment, Step};
+use crate::history::Surroundings;
 use crate::parameters::Parameters;
-use crate::predict::{Pending, ProcessNoise, advance, follow};
+use crate::predict::{Pending, ProcessNoise, Strapdown, follow};
 use crate::relative::{FieldTie, Station};
 use crate::so3;
 use crate::state::State;
@@ -44,10 +46,14 @@ pub struct StepReport {
     pub world_turned: bool,
     /// The camera stands.
     pub at_rest: bool,
+    /// The zero-velocity update, if the camera stands and one was due: its worst axis.
+    pub standstill: Option<Outcome>,
     /// The levelling update, if one was due.
     pub levelling: Option<Outcome>,
     /// The heading update, if one was due.
     pub compass: Option<CompassReport>,
+    /// The vehicle's constraint, if it was due.
+    pub constraint: Option<AidReport>,
 }
 
 impl StepReport {
@@ -57,8 +63,10 @@ impl StepReport {
         just_aligned: false,
         world_turned: false,
         at_rest: false,
+        standstill: None,
         levelling: None,
         compass: None,
+        constraint: None,
     };
 }
 
@@ -73,7 +81,7 @@ pub struct Estimate {
     pub position: DVec3,
     /// Velocity in the world, m/s.
     pub velocity: DVec3,
-    /// Angular rate in the body, bias removed, rad/s.
+    /// Angular rate against the world in the body, bias and earth rate removed, rad/s.
     pub angular_rate: DVec3,
     /// Specific force in the body, bias removed, m/s².
     pub specific_force: DVec3,
@@ -127,8 +135,10 @@ pub struct Estimator {
     noise: ProcessNoise,
     alignment: Alignment,
     state: Option<State>,
+    strapdown: Strapdown,
     pending: Pending,
     aids: Aids,
+    aiding: Aiding,
     time: SensorTime,
     last: Increment,
 }
@@ -150,8 +160,10 @@ impl Estimator {
             noise: ProcessNoise::new(&parameters),
             alignment: Alignment::new(),
             state: None,
+            strapdown: Strapdown::NEW,
             pending: Pending::NONE,
             aids: Aids::new(&parameters),
+            aiding: Aiding::NEW,
             time: SensorTime::from_nanos(0),
             last: Increment::ZERO,
         }
@@ -164,15 +176,73 @@ impl Estimator {
         let Some(state) = &mut self.state else {
             return self.align(step);
         };
-        let turn_rad = advance(state, &mut self.pending, &step.increment, &self.noise);
+        let surroundings = (&self.noise, self.aids.ground(&self.parameters));
+        let turn_rad =
+            self.strapdown.advance(state, &mut self.pending, &step.increment, surroundings);
         let settings = (&self.parameters, &self.noise);
-        self.aids.step(state, &mut self.pending, (step, turn_rad), settings)
+        let mut report = self.aids.step(state, &mut self.pending, (step, turn_rad), settings);
+        if self.aiding.note_motion(&step.increment, self.parameters.vehicle.as_ref()) {
+            report.constraint = self.constrain();
+        }
+        report
+    }
+
+    /// Takes a measurement by others, valid up to two seconds ago and not after the last step.
+    pub fn aid(&mut self, aid: &Aid) -> AidReport {
+        let setting = self.setting();
+        let Some(state) = &mut self.state else {
+            return AidReport {
+                kind: aid.measurement.kind(),
+                refusal: Some(AidRefusal::NotAligned),
+                nis: None,
+                position_jumped: false,
+            };
+        };
+        follow(state, &mut self.pending, &self.noise);
+        let report = self.aiding.take(state, aid, &mut self.aids.ledger, &setting);
+        state.covariance.restore();
+        report
+    }
+
+    /// Counts the position from another origin: gives the camera's present position there, m, with a
+    /// covariance, m², that has nothing to do with what was known before.
+    ///
+    /// Nothing happens before there is a state. A position of which nothing is known is one with a
+    /// large covariance; ten kilometres squared is well within what f64 bears.
+    pub fn place(&mut self, position_m: DVec3, covariance: DMat3) {
+        let Some(state) = &mut self.state else { return };
+        follow(state, &mut self.pending, &self.noise);
+        state.position = position_m;
+        state.covariance.set_independent(POSITION, covariance);
+        state.covariance.restore();
+    }
+
+    /// What measurements by others are taken with.
+    fn setting(&self) -> Setting {
+        let gravity = DVec3::Z * -self.parameters.gravity_m_s2;
+        let earth_rate = self.aids.earth_rate(&self.parameters);
+        Setting {
+            now: self.time,
+            parameters: self.parameters,
+            around: Surroundings { gravity, earth_rate },
+        }
+    }
+
+    fn constrain(&mut self) -> Option<AidReport> {
+        let setting = self.setting();
+        let state = self.state.as_mut()?;
+        follow(state, &mut self.pending, &self.noise);
+        let report = self.aiding.constrain(state, &mut self.aids.ledger, &setting);
+        state.covariance.restore();
+        report
     }
 
     /// Accounts for a stretch of time without samples, too long to bridge.
     pub fn cross_gap(&mut self, span: SensorSpan) {
         let gap_s = span.as_secs_f64();
         self.aids.cross_gap();
+        self.strapdown = Strapdown::NEW;
+        self.aiding = Aiding::NEW;
         self.alignment = Alignment::new();
         let Some(state) = &mut self.state else { return };
         follow(state, &mut self.pending, &self.noise);
@@ -182,6 +252,24 @@ impl Estimator {
         state.covariance.add_variances(ORIENTATION, DVec3::splat(turn * turn));
         state.covariance.add_variances(VELOCITY, DVec3::splat(speed * speed));
         state.covariance.add_variances(POSITION, DVec3::splat(way * way));
+    }
+
+    /// An estimator that goes back in time from here, once aligned: what its steps bring is the past,
+    /// the latest first, with angles negated and time stamps that run on (`−t`). Velocity, rates and time of
+    /// its estimates are negated in turn. It begins with what is known now, and finds standstills as any
+    /// other; a magnetometer must not be shown to it.
+    pub fn reversed(&self) -> Option<Self> {
+        let p = &self.parameters;
+        let parameters = Parameters {
+            earth_rate_rad_s: -p.earth_rate_rad_s,
+            lead_s: -p.lead_s,
+            gyro_lag_s: 0.0,
+            ..*p
+        };
+        let mut reversed = Self::new(parameters);
+        reversed.state = Some(self.state.as_ref()?.reversed());
+        reversed.aids.heading_origin = self.aids.heading_origin;
+        Some(reversed)
     }
 
     /// The state, once aligned.
@@ -205,7 +293,8 @@ impl Estimator {
         let state = self.state.as_ref()?;
         let latest = if beyond.span_s > 0.0 { beyond } else { &self.last };
         let per_second = latest.span_s.recip();
-        let angular_rate = latest.angle * per_second - state.gyro_bias;
+        let earth_rate = state.orientation.conjugate() * self.aids.earth_rate(&self.parameters);
+        let angular_rate = latest.angle * per_second - state.gyro_bias - earth_rate;
         let specific_force = latest.velocity * per_second - state.accel_bias;
         let span_s = beyond.span_s + self.parameters.lead_s;
         let gain =
@@ -226,7 +315,7 @@ impl Estimator {
             heading_origin: self.aids.heading_origin,
             position_origin: self.aids.ledger.status().position_origin(),
             aids: self.aids.ledger.status(),
-            at_rest: self.aids.at_rest,
+            at_rest: self.aids.standstill.stands(),
             magnetic_disturbance: self.aids.compass.is_disturbed(),
             magnetic_field_ut: self.aids.compass.field_ut(),
         })
@@ -252,11 +341,23 @@ impl Estimator {
         }
     }
 
+    fn begin_aiding(&mut self) {
+        self.aiding = Aiding::NEW;
+        let (Some(state), Some(vehicle)) = (&mut self.state, &self.parameters.vehicle) else {
+            return;
+        };
+        let square = |x: f64| x * x;
+        state.covariance.forget(MOUNTING, square(vehicle.mounting_sigma_rad));
+        state.covariance.forget(MOUNTING + 1, square(vehicle.mounting_sigma_rad));
+        state.covariance.forget(SPEED_SCALE, square(vehicle.speed_scale_sigma));
+    }
+
     fn align(&mut self, step: &Step) -> StepReport {
         let Some(aligned) = self.alignment.push(step, &self.parameters) else {
             return StepReport { waiting: Some(self.alignment.waiting()), ..StepReport::QUIET };
         };
         self.state = Some(aligned.state);
+        self.begin_aiding();
         self.aids.begin(aligned.at_rest);
         if let Some(field) = aligned.field {
             self.aids.begin_with(field, aligned.field_span_s, self.parameters.heading);

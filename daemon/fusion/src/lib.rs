@@ -13,6 +13,7 @@
 extern crate std;
 
 mod aid_status;
+mod aiding;
 mod aids;
 mod alignment;
 mod covariance;
@@ -20,6 +21,7 @@ mod estimator;
 mod frame;
 mod grid;
 mod hard_iron;
+mod history;
 mod parameters;
 mod predict;
 mod quantity;
@@ -34,21 +36,23 @@ mod time;
 pub mod update;
 
 pub use aid_status::{AidFlags, AidKind, AidStatus, PositionOrigin};
+pub use aiding::{Aid, AidRefusal, AidReport, Measurement};
 pub use alignment::{Aligned, Alignment, Waiting};
 pub use covariance::{
-    ACCEL_BIAS, Block, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, MAG_DELAY, ORIENTATION,
-    POSITION, Row, STATES, VELOCITY,
+    ACCEL_BIAS, Block, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, MAG_DELAY, MOUNTING,
+    ORIENTATION, POSITION, Row, SPEED_SCALE, STATES, VELOCITY,
 };
 pub use estimator::place::{UNKNOWN_POSITION_SIGMA_M, is_position_known};
 pub use estimator::{Estimate, Estimator, HeadingOrigin, StepReport};
 pub use frame::{Body, Frame, Optical, Rotation, Sensor, Vehicle, World};
 pub use grid::{Accepted, Grid, GridParameters, Increment, Refusal, Step};
 pub use parameters::{
-    AlignmentParameters, CompassParameters, HardIronParameters, HeadingMode, LevellingParameters,
-    Parameters, RestParameters, SensorNoise,
+    AidingParameters, AlignmentParameters, CompassParameters, HardIronParameters, HeadingMode,
+    LevellingParameters, Parameters, RestParameters, SensorNoise, StanceParameters, Stillness,
+    VehicleParameters,
 };
 pub use quantity::{Accel, Gyro, Mag};
-pub use rest::{RestDetector, WindowStatistics};
+pub use rest::{RestDetector, Standing, WindowStatistics};
 pub use sample::ImuSample;
 pub use state::State;
 pub use time::{SensorSpan, SensorTime};

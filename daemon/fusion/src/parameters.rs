@@ -1,5 +1,9 @@
 //! What may be chosen about the estimator.
 
+use glam::DVec3;
+
+use crate::frame::{Body, Rotation, Vehicle};
+
 /// Noise of one camera's sensors, as the filter believes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorNoise {
@@ -14,6 +18,12 @@ pub struct SensorNoise {
     pub gyro_scale_walk: f64,
     /// Accelerometer noise density, m/s²/√Hz.
     pub accel_density: f64,
+    /// Part of the change of the angular rate from one step to the next that sampling misses, 1σ. Large
+    /// where a sensor strikes the ground. Default 0.
+    pub gyro_aliasing: f64,
+    /// Part of the change of the specific force from one step to the next that sampling misses, 1σ.
+    /// Default 0.
+    pub accel_aliasing: f64,
     /// Accelerometer bias random walk, m/s³/√Hz.
     pub accel_bias_walk: f64,
     /// Accelerometer bias at switch-on, 1σ, m/s².
@@ -49,23 +59,89 @@ pub struct Parameters {
     /// sample shows, less half its interval, which integrating it over the interval accounts for.
     /// Default 0; negative where samples show the instant of their stamp.
     pub lead_s: f64,
+    /// How much older what the gyroscope shows is than what the accelerometer shows, s; two steps at most.
+    /// Default 0.
+    pub gyro_lag_s: f64,
     /// Strength of gravity at the place, m/s².
     pub gravity_m_s2: f64,
+    /// The earth's rate in the world, rad/s. Default 0, an earth that does not turn.
+    pub earth_rate_rad_s: DVec3,
     /// Alignment.
     pub alignment: AlignmentParameters,
-    /// Detection of standstill.
+    /// Detection of standstill: zero velocity and zero rate.
     pub rest: RestParameters,
+    /// Detection of a foot's stances, which are shorter and less still: zero velocity alone. None for
+    /// what is not mounted on a foot.
+    pub stance: Option<StanceParameters>,
     /// Levelling by gravity.
     pub levelling: LevellingParameters,
     /// Heading by the magnetometer.
     pub compass: CompassParameters,
     /// Refinement of the hard iron while running.
     pub hard_iron: HardIronParameters,
+    /// Measurements by others.
+    pub aiding: AidingParameters,
+    /// The vehicle that carries the camera, if one does.
+    pub vehicle: Option<VehicleParameters>,
+}
+
+/// Measurements by others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AidingParameters {
+    /// How long a source must be refused without pause before it is believed after all, s. Short gives in
+    /// to outliers, long stays wrong longer. Default 5.
+    pub patience_s: f64,
+}
+
+/// A road vehicle that carries the camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VehicleParameters {
+    /// The camera's attitude on the vehicle.
+    pub vehicle_from_body: Rotation<Vehicle, Body>,
+    /// From the camera's body origin to the vehicle's, in the body, m. The vehicle's origin is in the
+    /// middle of the axle that does not steer.
+    pub origin_m: DVec3,
+    /// How well that is known, 1σ, m. Default 0.05.
+    pub origin_sigma_m: f64,
+    /// How well the camera's pitch and yaw on the vehicle are known, 1σ, rad. Default 1°.
+    pub mounting_sigma_rad: f64,
+    /// Whether the vehicle moves neither sideways nor up and down. Default true.
+    pub non_holonomic: bool,
+    /// Sideways velocity of a vehicle that drives straight on, 1σ, m/s. Default 0.05.
+    pub sideways_sigma_m_s: f64,
+    /// Upward velocity against the vehicle's own floor at low speed, 1σ, m/s. Default 0.1.
+    pub upward_sigma_m_s: f64,
+    /// Slip angle of the tyres for each m/s² of sideways acceleration, 1σ, rad. Default 6 mrad, that of
+    /// a passenger car.
+    pub slip_rad_per_m_s2: f64,
+    /// Pitch of the body on its springs at constant speed, 1σ, rad. Default 4 mrad.
+    pub sway_rad: f64,
+    /// Pitch of the body for each m/s² of throttle or braking, 1σ, rad. Default 6 mrad, that of a
+    /// passenger car.
+    pub sway_rad_per_m_s2: f64,
+    /// Time over which the pitch on the springs hangs together, s: that of a braking. Default 3.
+    pub sway_correlation_s: f64,
+    /// Turn rate beyond which it may skid, rad/s. Default 1.5.
+    pub max_turn_rad_s: f64,
+    /// Seconds between two uses of the constraint. Default 0.1.
+    pub constraint_interval_s: f64,
+    /// Time over which its errors hang together, s. Default 0.5.
+    pub constraint_correlation_s: f64,
+    /// Scale error of the speed, 1σ, a part of one. Default 1 %.
+    pub speed_scale_sigma: f64,
+    /// Noise of a speed that does not say its own, 1σ, m/s. Default 0.1.
+    pub speed_sigma_m_s: f64,
+    /// Least noise that a speed is believed to have, 1σ, m/s. Default 0.02.
+    pub speed_floor_m_s: f64,
+    /// Time over which errors of the speed hang together, s. Default 0.1.
+    pub speed_correlation_s: f64,
 }
 
 /// Static initial alignment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignmentParameters {
+    /// Length of the window that finds rest, s. Default 0.5.
+    pub window_s: f64,
     /// Rest needed, s. Short starts sooner, long averages the noise away. Default 1.
     pub rest_s: f64,
     /// Largest believable difference between the mean specific force and gravity, m/s². Default 0.6.
@@ -81,22 +157,54 @@ pub struct AlignmentParameters {
     pub motion_start_sigma_m_s: f64,
 }
 
-/// Detection of standstill over a sliding window.
+/// Scatter of the sensors without motion: the unit in which a window's statistic measures it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stillness {
+    /// Angular rate about the bias, 1σ, rad/s, per axis and step. Default 0.02; a foot's stance 0.1.
+    pub rate_sigma_rad_s: f64,
+    /// Specific force about gravity, 1σ, m/s², per axis and step. Default 0.15; a foot's stance 0.5.
+    pub force_sigma_m_s2: f64,
+}
+
+/// Detection of standstill over a sliding window, and what a standstill is worth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestParameters {
-    /// Length of the window, s. Short reacts fast, long is rarely fooled by slow motion. Default 0.5.
+    /// Length of the window, s; a tenth of it lies between two decisions. Short reacts fast, long is
+    /// rarely fooled by slow motion. Default 0.5.
     pub window_s: f64,
-    /// Largest standard deviation of the angular rate, rad/s, per axis. Default 0.02.
-    pub rate_deviation_rad_s: f64,
-    /// Largest standard deviation of the specific force, m/s², per axis. Default 0.15.
-    pub force_deviation_m_s2: f64,
+    /// How still a standing camera is.
+    pub stillness: Stillness,
+    /// Largest statistic of a standing camera. Small misses standstills on a running engine, large
+    /// stops a slow camera. Default 1.
+    pub threshold: f64,
     /// Largest mean angular rate after the bias estimate, rad/s. A steady turn below it is taken for
     /// bias; a bias that changes by more in motion delays the next standstill. Default 0.004.
     pub mean_rate_rad_s: f64,
     /// Velocity noise of a zero-velocity update, 1σ, m/s. Default 0.01.
     pub velocity_sigma_m_s: f64,
-    /// Seconds between two updates. Default 0.05.
-    pub interval_s: f64,
+    /// Least noise of a zero-rate update, 1σ, rad/s. Default 2e-4.
+    pub turn_sigma_rad_s: f64,
+}
+
+/// Detection of a foot's stance, for a sensor that is mounted on it.
+///
+/// A stance lasts some tenths of a second, and in it the foot rolls on. How still it gets depends on the
+/// gait, so a threshold alone fits one gait: what a stance is worth falls with its statistic T,
+/// `σ² = σ₀² (1 + (T / T₀)²)`, and the threshold only keeps out what cannot be one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StanceParameters {
+    /// Length of the window, s. Short finds short stances, long is rarely fooled by a slow swing.
+    /// Default 0.05.
+    pub window_s: f64,
+    /// How still a foot is that stands.
+    pub stillness: Stillness,
+    /// Largest statistic of a stance. Small loses those of a fast gait, and the position with them; large
+    /// lets swings slow the foot down. Default 150.
+    pub threshold: f64,
+    /// Statistic T₀ from which a stance is worth less. Default 10.
+    pub statistic_scale: f64,
+    /// Velocity of the stillest stance, 1σ, m/s, per axis and update. Default 0.03.
+    pub velocity_sigma_m_s: f64,
 }
 
 /// Levelling: the leaky velocity of a carried camera stays small.
@@ -187,6 +295,39 @@ pub struct HardIronParameters {
     pub max_rate_rad_s: f64,
 }
 
+impl Parameters {
+    /// Parameters for a sensor on a foot: position by zero velocity in each stance.
+    ///
+    /// A foot stands within a second or two, but for a tenth of a second only: that is what the alignment
+    /// asks for, and a coarse alignment in motion would be the worse one.
+    pub fn foot_mounted() -> Self {
+        Self {
+            noise: SensorNoise::FOOT_MOUNTED,
+            gyro_lag_s: 0.003,
+            alignment: AlignmentParameters {
+                window_s: 0.08,
+                rest_s: 0.1,
+                max_bias_rad_s: 0.05,
+                motion_s: None,
+                ..AlignmentParameters::default()
+            },
+            rest: RestParameters::FOOT,
+            stance: Some(StanceParameters::default()),
+            ..Self::default()
+        }
+    }
+
+    /// The earth's rate in the world, rad/s, as far as it is known: all of it with a north, else only
+    /// its part about up.
+    pub(crate) fn earth_rate_where(&self, north_is_known: bool) -> DVec3 {
+        if north_is_known {
+            self.earth_rate_rad_s
+        } else {
+            DVec3::new(0.0, 0.0, self.earth_rate_rad_s.z)
+        }
+    }
+}
+
 impl SensorNoise {
     /// Figures of a ZED 2 at room temperature.
     pub const ZED2: Self = Self {
@@ -195,9 +336,23 @@ impl SensorNoise {
         gyro_bias_sigma: 5.0e-3,
         gyro_scale_walk: 7.0e-3,
         accel_density: 1.6e-3,
+        gyro_aliasing: 0.0,
+        accel_aliasing: 0.0,
         accel_bias_walk: 2.5e-4,
         accel_bias_sigma: 0.05,
         mag_sigma_ut: 0.5,
+    };
+
+    /// Figures of an industrial IMU on a foot, sampled at 100 Hz and more: its gyroscope is calibrated, its
+    /// errors come from the strike of the heel, which is shorter than a step.
+    pub const FOOT_MOUNTED: Self = Self {
+        gyro_density: 7.0e-4,
+        gyro_bias_sigma: 1.0e-3,
+        gyro_scale_walk: 1.0e-3,
+        gyro_aliasing: 0.2,
+        accel_aliasing: 0.08,
+        accel_bias_sigma: 0.025,
+        ..Self::ZED2
     };
 }
 
@@ -208,12 +363,17 @@ impl Default for Parameters {
             heading: HeadingMode::Adaptive,
             field_bearing_rad: 0.0,
             lead_s: 0.0,
+            gyro_lag_s: 0.0,
             gravity_m_s2: 9.81,
+            earth_rate_rad_s: DVec3::ZERO,
             alignment: AlignmentParameters::default(),
             rest: RestParameters::default(),
+            stance: None,
             levelling: LevellingParameters::default(),
             compass: CompassParameters::default(),
             hard_iron: HardIronParameters::default(),
+            aiding: AidingParameters::default(),
+            vehicle: None,
         }
     }
 }
@@ -221,6 +381,7 @@ impl Default for Parameters {
 impl Default for AlignmentParameters {
     fn default() -> Self {
         Self {
+            window_s: 0.5,
             rest_s: 1.0,
             gravity_tolerance_m_s2: 0.6,
             max_bias_rad_s: 0.03,
@@ -235,11 +396,40 @@ impl Default for RestParameters {
     fn default() -> Self {
         Self {
             window_s: 0.5,
-            rate_deviation_rad_s: 0.02,
-            force_deviation_m_s2: 0.15,
+            stillness: Stillness { rate_sigma_rad_s: 0.02, force_sigma_m_s2: 0.15 },
+            threshold: 1.0,
             mean_rate_rad_s: 0.004,
             velocity_sigma_m_s: 0.01,
-            interval_s: 0.05,
+            turn_sigma_rad_s: 2e-4,
+        }
+    }
+}
+
+impl RestParameters {
+    /// Time between two decisions, s.
+    pub(crate) fn interval_s(&self) -> f64 {
+        0.1 * self.window_s
+    }
+
+    /// How still a foot gets on which somebody stands, and how sure one may be then that it does not turn.
+    const FOOT: Self = Self {
+        window_s: 0.5,
+        stillness: Stillness { rate_sigma_rad_s: 0.05, force_sigma_m_s2: 0.2 },
+        threshold: 2.0,
+        mean_rate_rad_s: 0.02,
+        velocity_sigma_m_s: 0.01,
+        turn_sigma_rad_s: 4.0e-3,
+    };
+}
+
+impl Default for StanceParameters {
+    fn default() -> Self {
+        Self {
+            window_s: 0.05,
+            stillness: Stillness { rate_sigma_rad_s: 0.1, force_sigma_m_s2: 0.5 },
+            threshold: 150.0,
+            statistic_scale: 10.0,
+            velocity_sigma_m_s: 0.03,
         }
     }
 }
@@ -291,6 +481,38 @@ impl Default for HardIronParameters {
             renewal_turn_rad: 0.5,
             renewal_way_m: 0.4,
             max_rate_rad_s: 2.0,
+        }
+    }
+}
+
+impl Default for AidingParameters {
+    fn default() -> Self {
+        Self { patience_s: 5.0 }
+    }
+}
+
+impl VehicleParameters {
+    /// A vehicle on which the camera sits like this.
+    pub const fn mounted(vehicle_from_body: Rotation<Vehicle, Body>, origin_m: DVec3) -> Self {
+        Self {
+            vehicle_from_body,
+            origin_m,
+            origin_sigma_m: 0.05,
+            mounting_sigma_rad: 0.0175,
+            non_holonomic: true,
+            sideways_sigma_m_s: 0.05,
+            upward_sigma_m_s: 0.1,
+            slip_rad_per_m_s2: 6e-3,
+            sway_rad: 4e-3,
+            sway_rad_per_m_s2: 6e-3,
+            sway_correlation_s: 3.0,
+            max_turn_rad_s: 1.5,
+            constraint_interval_s: 0.1,
+            constraint_correlation_s: 0.5,
+            speed_scale_sigma: 0.01,
+            speed_sigma_m_s: 0.1,
+            speed_floor_m_s: 0.02,
+            speed_correlation_s: 0.1,
         }
     }
 }

@@ -3,8 +3,8 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::covariance::{
-    ACCEL_BIAS, Block, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, MAG_DELAY, ORIENTATION,
-    POSITION, Row, STATES, VELOCITY,
+    ACCEL_BIAS, Block, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, MAG_DELAY, MOUNTING,
+    ORIENTATION, POSITION, Row, SPEED_SCALE, STATES, VELOCITY,
 };
 use crate::frame::{Body, Rotation, World};
 use crate::so3;
@@ -31,6 +31,10 @@ pub struct State {
     pub deviation: f64,
     /// How much older a magnetometer reading is than the sample it comes with, s.
     pub mag_delay_s: f64,
+    /// Turn of a vehicle's axes against where its camera's mounting has them, about their y and z, rad.
+    pub mounting_rad: [f64; 2],
+    /// How much too fast a vehicle's speed reads, as a part of it.
+    pub speed_scale: f64,
     /// Covariance of the error state.
     pub covariance: Covariance,
 }
@@ -47,6 +51,8 @@ impl State {
             leaky_velocity: DVec3::ZERO,
             deviation: 0.0,
             mag_delay_s: 0.0,
+            mounting_rad: [0.0; 2],
+            speed_scale: 0.0,
             covariance: Covariance::ZERO,
         }
     }
@@ -73,6 +79,9 @@ impl State {
         self.leaky_velocity += part(LEAKY_VELOCITY);
         self.deviation += error[DEVIATION];
         self.mag_delay_s += error[MAG_DELAY];
+        self.mounting_rad[0] += error[MOUNTING];
+        self.mounting_rad[1] += error[MOUNTING + 1];
+        self.speed_scale += error[SPEED_SCALE];
     }
 
     /// The error that leads from another state to this one: `self = other ⊞ δ`, in the units and
@@ -88,6 +97,9 @@ impl State {
         put(LEAKY_VELOCITY, self.leaky_velocity - other.leaky_velocity);
         error[DEVIATION] = self.deviation - other.deviation;
         error[MAG_DELAY] = self.mag_delay_s - other.mag_delay_s;
+        error[MOUNTING] = self.mounting_rad[0] - other.mounting_rad[0];
+        error[MOUNTING + 1] = self.mounting_rad[1] - other.mounting_rad[1];
+        error[SPEED_SCALE] = self.speed_scale - other.speed_scale;
         error
     }
 
@@ -110,6 +122,20 @@ impl State {
         self.covariance.set(heading, DEVIATION, -deviation_variance);
     }
 
+    /// The same state in a time that runs backwards: what is a rate changes its sign.
+    pub(crate) fn reversed(&self) -> Self {
+        let mut reversed = Self {
+            velocity: -self.velocity,
+            leaky_velocity: -self.leaky_velocity,
+            gyro_bias: -self.gyro_bias,
+            ..*self
+        };
+        for block in [VELOCITY, LEAKY_VELOCITY, GYRO_BIAS] {
+            reversed.covariance.rotate(block, -DMat3::IDENTITY);
+        }
+        reversed
+    }
+
     /// Whether every number in it is finite.
     pub fn is_finite(&self) -> bool {
         let vectors =
@@ -118,6 +144,8 @@ impl State {
             && vectors.iter().all(|v| v.is_finite())
             && self.deviation.is_finite()
             && self.mag_delay_s.is_finite()
+            && self.mounting_rad.iter().all(|x| x.is_finite())
+            && self.speed_scale.is_finite()
             && self.covariance.is_finite()
     }
 }

@@ -69,6 +69,8 @@ pub(crate) fn state_at(orientation: DQuat, random: &mut Normal) -> State {
         leaky_velocity: random.vector(0.5),
         deviation: 0.0,
         mag_delay_s: 0.0,
+        mounting_rad: [0.02 * random.number(), 0.02 * random.number()],
+        speed_scale: 0.01 * random.number(),
         covariance: Covariance::ZERO,
     }
 }

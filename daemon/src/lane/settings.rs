@@ -62,12 +62,14 @@ impl LaneSettings {
         let lane = &config.lane;
         let step_rate_hz = lane.step_rate_hz.unwrap_or(nominal_rate_hz);
         let earth = EarthField::of(&config.world);
+        let true_north_rad = earth.as_ref().ok().map(|field| field.true_north_rad);
         let reference = earth.as_ref().ok().map(|field| FieldReference::of(field.world_ut));
         let field_bearing_rad = match config.world.north {
             // A magnetic north needs no model.
             North::Magnetic => 0.0,
             North::True => earth?.declination_rad,
         };
+        let earth_rate_rad_s = earth_rate(config.world.latitude_deg, true_north_rad);
         Ok(Self {
             camera_id: camera_id as u32,
             camera: camera.name.clone(),
@@ -79,6 +81,7 @@ impl LaneSettings {
             },
             estimator: Parameters {
                 field_bearing_rad,
+                earth_rate_rad_s,
                 lead_s: camera.imu_delay_s - 0.5 / nominal_rate_hz,
                 ..parameters_of(config, camera, calibration)
             },
@@ -106,6 +109,20 @@ fn member_of(config: &Config, camera: &Camera) -> MemberSettings {
         unseen_speed_m_s: config.world.unseen_speed_m_s,
         alignment_rest_s: config.estimator.alignment_rest_s,
     }
+}
+
+/// How fast the earth turns against the stars, rad/s.
+const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
+
+/// The earth's rate in W at a latitude, rad/s (Groves, eq. 2.123). True north lies anticlockwise of W's
+/// y axis by an angle, rad; where that is not known, what the earth turns about north is left out.
+fn earth_rate(latitude_deg: f64, true_north_rad: Option<f64>) -> DVec3 {
+    let (up, horizontal) = latitude_deg.to_radians().sin_cos();
+    let north = true_north_rad.map_or(DVec3::ZERO, |angle| {
+        let (sin, cos) = angle.sin_cos();
+        DVec3::new(-sin, cos, 0.0) * horizontal
+    });
+    (north + DVec3::Z * up) * EARTH_RATE_RAD_S
 }
 
 /// What even a good calibration leaves, rad: half a degree, by currents, temperature and age, which its own
@@ -158,5 +175,39 @@ const fn noise_of(noise: Noise, rest: SensorNoise) -> SensorNoise {
         accel_bias_sigma: noise.accel_bias_sigma_m_s2,
         mag_sigma_ut: noise.mag_sigma_ut,
         ..rest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_earth_turns_about_true_north() {
+        let at = |true_north_rad| earth_rate(48.0, true_north_rad);
+        assert!((at(Some(0.0)).length() - EARTH_RATE_RAD_S).abs() < 1e-15);
+        assert!(at(Some(0.0)).x.abs() < 1e-20);
+        // Where W's y axis is a magnetic north that lies east of the true one, the true one lies west.
+        assert!(at(Some(0.07)).x < 0.0);
+        assert!((at(Some(0.07)).length() - EARTH_RATE_RAD_S).abs() < 1e-15);
+        // No north, no turn about it.
+        assert_eq!(at(None), DVec3::Z * at(Some(0.0)).z);
+    }
+
+    #[test]
+    fn a_lane_knows_how_the_earth_turns_at_the_configured_place() {
+        let mut config = Config::default();
+        config.world.year = Some(2026.0);
+        let rate = |config: &Config| {
+            let camera = Camera::default();
+            LaneSettings::new(config, 0, &camera, None, 400.0).unwrap().estimator.earth_rate_rad_s
+        };
+        let magnetic = rate(&config);
+        assert!((magnetic.length() - EARTH_RATE_RAD_S).abs() < 1e-15);
+        config.world.north = North::True;
+        assert!(
+            rate(&config).x.abs() < 1e-20 && magnetic.x < 0.0,
+            "the declination there is 4° east"
+        );
     }
 }

@@ -1,10 +1,16 @@
 //! Measurement updates: one file each, its gate beside its residual and Jacobian.
 
+pub(crate) mod belief;
 pub mod compass;
+pub(crate) mod fix;
 pub mod levelling;
+pub(crate) mod non_holonomic;
+pub(crate) mod speed;
 pub mod standstill;
+pub(crate) mod vector;
+pub(crate) mod vehicle;
 
-use crate::covariance::{ORIENTATION, Row};
+use crate::covariance::{ORIENTATION, POSITION, Row};
 use crate::state::State;
 
 /// What became of a measurement.
@@ -44,10 +50,30 @@ pub(crate) fn apply_blind(state: &mut State, h: &Row, residual: f64, variance: f
     if state.covariance.variance(HEADING) < UNKNOWN_HEADING {
         return apply(state, h, residual, variance);
     }
+    apply_considering(state, h, (residual, variance), |index| index == HEADING)
+}
+
+/// The same of a camera that has stood for a while: where it stands, it learns no more. Whatever its
+/// standing says about the way here was said when it stopped, and a position that creeps would be wrong.
+pub(crate) fn apply_standing(state: &mut State, h: &Row, residual: f64, variance: f64) -> Outcome {
+    let blind = state.covariance.variance(HEADING) >= UNKNOWN_HEADING;
+    apply_considering(state, h, (residual, variance), |index| {
+        (POSITION.0..POSITION.0 + 3).contains(&index) || blind && index == HEADING
+    })
+}
+
+/// Applies a scalar measurement that teaches nothing about some of the states (Schmidt's consider
+/// states): what is known of them counts.
+fn apply_considering(
+    state: &mut State,
+    h: &Row,
+    (residual, variance): (f64, f64),
+    is_spared: impl Fn(usize) -> bool,
+) -> Outcome {
     let ph = state.covariance.times(h);
     let innovation_variance = dot(h, &ph) + variance;
-    let mut gain = ph.map(|x| x / innovation_variance);
-    gain[HEADING] = 0.0;
+    let gain: Row =
+        core::array::from_fn(|k| if is_spared(k) { 0.0 } else { ph[k] / innovation_variance });
     state.correct(&gain.map(|x| x * residual));
     state.covariance.update_with_gain(&ph, &gain, innovation_variance);
     Outcome { residual, nis: residual * residual / innovation_variance, used: true }

@@ -1,10 +1,14 @@
 //! The estimator as its user sees it: stories, hostile streams, honesty of the covariance.
 
+mod city;
 mod consistency;
+mod fixes;
 mod magnetism;
 mod relative;
+mod ride;
 mod scene;
 mod simulation;
 mod starts;
 mod stories;
 mod streams;
+mod traffic;

@@ -26,7 +26,8 @@ fn a_camera_that_lies_still_learns_its_bias_and_does_not_wander() {
         }
         let estimate = scene.estimate();
         assert!(estimate.position.length() < 0.02, "wandered to {}", estimate.position);
-        assert!(estimate.velocity.length() < 2e-3);
+        // A hundredth of a metre per second for each zero-velocity update, twenty a second.
+        assert!(estimate.velocity.length() < 8e-3);
         assert!(scene.attitude_sigmas() < 4.0);
     }
 }

@@ -1,0 +1,411 @@
+//! Measurements by others: what they say, when they are believed, what became of them.
+
+use glam::{DMat3, DVec3};
+
+use crate::aid_status::{AidKind, AidLedger};
+use crate::covariance::{Block, ORIENTATION, POSITION, VELOCITY};
+use crate::frame::{Body, Rotation, World};
+use crate::history::{History, Past, Surroundings};
+use crate::parameters::{Parameters, VehicleParameters};
+use crate::state::State;
+use crate::time::SensorTime;
+use crate::update::vector::{GATE, Whitened, inverse_root};
+use crate::update::{fix, non_holonomic, speed};
+
+/// What a measurement says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Measurement {
+    /// Speed of the vehicle's origin along the vehicle's x axis.
+    Speed {
+        /// m/s, backwards negative.
+        speed_m_s: f64,
+        /// 1σ, m/s; [`VehicleParameters::speed_sigma_m_s`] if absent.
+        sigma_m_s: Option<f64>,
+    },
+    /// Velocity in the world of a point on the camera.
+    Velocity {
+        /// m/s.
+        velocity_m_s: DVec3,
+        /// (m/s)².
+        covariance: DMat3,
+        /// The point, from the body's origin in the body, m.
+        lever_m: DVec3,
+    },
+    /// Position in the world of a point on the camera, an antenna.
+    Position {
+        /// m.
+        position_m: DVec3,
+        /// m².
+        covariance: DMat3,
+        /// The point, from the body's origin in the body, m.
+        lever_m: DVec3,
+    },
+    /// Position in the world of a point on the camera, and its orientation.
+    Pose {
+        /// m.
+        position_m: DVec3,
+        /// m².
+        covariance: DMat3,
+        /// The point, from the body's origin in the body, m.
+        lever_m: DVec3,
+        /// Body to world.
+        orientation: Rotation<World, Body>,
+        /// Of a small turn about the world's axes, rad².
+        orientation_covariance: DMat3,
+    },
+}
+
+impl Measurement {
+    /// Which aid it is.
+    pub const fn kind(&self) -> AidKind {
+        match self {
+            Self::Speed { .. } => AidKind::Speed,
+            Self::Velocity { .. } => AidKind::Gradient,
+            Self::Position { .. } => AidKind::PositionFix,
+            Self::Pose { .. } => AidKind::PoseFix,
+        }
+    }
+
+    /// Whether every number is one that a measurement can have.
+    pub fn is_sound(&self) -> bool {
+        let fix = |p: DVec3, c: DMat3, lever_m: DVec3| {
+            p.is_finite() && lever_m.is_finite() && inverse_root(c).is_some()
+        };
+        match *self {
+            Self::Speed { speed_m_s, sigma_m_s } => {
+                let sigma = sigma_m_s.unwrap_or(1.0);
+                speed_m_s.is_finite() && sigma.is_finite() && sigma > 0.0
+            }
+            Self::Velocity { velocity_m_s, covariance, lever_m } => {
+                fix(velocity_m_s, covariance, lever_m)
+            }
+            Self::Position { position_m, covariance, lever_m } => {
+                fix(position_m, covariance, lever_m)
+            }
+            Self::Pose { position_m, covariance, lever_m, orientation, orientation_covariance } => {
+                let turned = orientation.quaternion();
+                let unit = (turned.length_squared() - 1.0).abs() < 1e-6;
+                fix(position_m, covariance, lever_m)
+                    && unit
+                    && inverse_root(orientation_covariance).is_some()
+            }
+        }
+    }
+}
+
+/// A measurement by others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aid {
+    /// Time of validity on the sensor's clock, up to two seconds ago.
+    pub time: SensorTime,
+    /// What it says.
+    pub measurement: Measurement,
+}
+
+/// Why a measurement was not used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum AidRefusal {
+    /// There is no state to correct yet.
+    #[error("the camera is not aligned yet")]
+    NotAligned,
+    /// It says something about a time to come.
+    #[error("its time of validity is to come")]
+    Future,
+    /// Its time of validity lies before what is remembered.
+    #[error("it is older than two seconds, or than the alignment")]
+    TooOld,
+    /// A value is not finite, a covariance none, or a quaternion not of unit length.
+    #[error("its values make no sense")]
+    Invalid,
+    /// A speed, and no vehicle is configured.
+    #[error("a speed needs a vehicle, and none is configured")]
+    NoVehicle,
+    /// It does not fit what is known.
+    #[error("it does not fit")]
+    Innovation,
+}
+
+/// What became of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AidReport {
+    /// Which aid it was.
+    pub kind: AidKind,
+    /// Why it was not used, if it was not.
+    pub refusal: Option<AidRefusal>,
+    /// Square of the innovation by its covariance, if it came to that; on average the count of numbers
+    /// measured.
+    pub nis: Option<f64>,
+    /// It was refused for long and is believed after all: the position jumped, or may have.
+    pub position_jumped: bool,
+}
+
+/// How long an aid has been refused without pause.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Gate {
+    refused_since: Option<SensorTime>,
+    last: Option<SensorTime>,
+}
+
+/// What a gate decides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Verdict {
+    Use,
+    Refuse,
+    /// Refused for long: the state's own uncertainty must be too small.
+    Reopen,
+}
+
+impl Gate {
+    const OPEN: Self = Self { refused_since: None, last: None };
+
+    fn judge(&mut self, fits: bool, now: SensorTime, patience_s: f64) -> Verdict {
+        // A source that was silent for as long begins anew.
+        let silent = self.last.is_some_and(|last| (now - last).as_secs_f64() > patience_s);
+        self.last = Some(now);
+        if fits {
+            self.refused_since = None;
+            return Verdict::Use;
+        }
+        if silent {
+            self.refused_since = None;
+        }
+        let since = *self.refused_since.get_or_insert(now);
+        if (now - since).as_secs_f64() < patience_s {
+            return Verdict::Refuse;
+        }
+        self.refused_since = None;
+        Verdict::Reopen
+    }
+}
+
+/// A measurement against the state, ready to be judged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Candidate<const N: usize> {
+    measured: Whitened<N>,
+    /// What a doubtful state is uncertain in, and by how much, squared.
+    doubt: (Block, f64),
+}
+
+impl<const N: usize> Candidate<N> {
+    fn nis(&self, state: &State) -> f64 {
+        self.measured.nis(state)
+    }
+
+    fn apply(&self, state: &mut State, verdict: Verdict) {
+        if verdict == Verdict::Reopen && self.nis(state) > GATE[N - 1] {
+            state.covariance.add_variances(self.doubt.0, DVec3::splat(self.doubt.1));
+        }
+        self.measured.apply(state, 1.0);
+    }
+}
+
+/// The state of everything that others measure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Aiding {
+    history: History,
+    gates: [Gate; AidKind::ALL.len()],
+    last_speed: Option<SensorTime>,
+    since_constraint_s: f64,
+}
+
+/// What a measurement is taken with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Setting {
+    /// The end of the last step.
+    pub(crate) now: SensorTime,
+    pub(crate) parameters: Parameters,
+    pub(crate) around: Surroundings,
+}
+
+impl Aiding {
+    pub(crate) const NEW: Self = Self {
+        history: History::EMPTY,
+        gates: [Gate::OPEN; AidKind::ALL.len()],
+        last_speed: None,
+        since_constraint_s: 0.0,
+    };
+
+    /// Takes the motion of a step; says whether the vehicle's constraint is due.
+    pub(crate) fn note_motion(
+        &mut self,
+        step: &crate::grid::Increment,
+        vehicle: Option<&VehicleParameters>,
+    ) -> bool {
+        self.history.push(step);
+        self.since_constraint_s += step.span_s;
+        let due = vehicle.is_some_and(|v| {
+            v.non_holonomic && self.since_constraint_s + 1e-9 >= v.constraint_interval_s
+        });
+        if due {
+            self.since_constraint_s = 0.0;
+        }
+        due
+    }
+
+    /// Corrects a state whose covariance has followed.
+    pub(crate) fn take(
+        &mut self,
+        state: &mut State,
+        aid: &Aid,
+        ledger: &mut AidLedger,
+        setting: &Setting,
+    ) -> AidReport {
+        let kind = aid.measurement.kind();
+        let mut report = AidReport { kind, refusal: None, nis: None, position_jumped: false };
+        match self.judge(state, aid, setting, &mut report) {
+            Ok(()) => ledger.note(kind, true),
+            Err(refusal) => {
+                ledger.note(kind, false);
+                report.refusal = Some(refusal);
+            }
+        }
+        report
+    }
+
+    fn judge(
+        &mut self,
+        state: &mut State,
+        aid: &Aid,
+        setting: &Setting,
+        report: &mut AidReport,
+    ) -> Result<(), AidRefusal> {
+        if !aid.measurement.is_sound() {
+            return Err(AidRefusal::Invalid);
+        }
+        let ago_s = (setting.now - aid.time).as_secs_f64();
+        if ago_s < 0.0 {
+            return Err(AidRefusal::Future);
+        }
+        let past = self.history.past(state, ago_s, &setting.around).ok_or(AidRefusal::TooOld)?;
+        match aid.measurement {
+            Measurement::Speed { speed_m_s, sigma_m_s } => {
+                let vehicle = setting.parameters.vehicle.as_ref().ok_or(AidRefusal::NoVehicle)?;
+                let since_s = self.since_last_speed_s(aid.time);
+                let sigma_m_s = sigma_m_s.unwrap_or(vehicle.speed_sigma_m_s);
+                let reading = (speed_m_s, sigma_m_s);
+                let measured = speed::measurement(state, &past, reading, (since_s, vehicle));
+                let residual = speed::residual(state, &past, speed_m_s, vehicle);
+                let candidate = Candidate { measured, doubt: (VELOCITY, residual * residual) };
+                self.decide(state, candidate, setting, report)
+            }
+            Measurement::Velocity { velocity_m_s, covariance, lever_m } => {
+                let residual = fix::velocity_residual(&past, velocity_m_s, lever_m);
+                let rows = (fix::velocity_rows(&past, lever_m), VELOCITY);
+                let velocity = candidate(&past, rows, residual, covariance)?;
+                self.decide(state, velocity, setting, report)
+            }
+            Measurement::Position { position_m, covariance, lever_m } => {
+                let position = position(&past, position_m, lever_m, covariance)?;
+                self.decide(state, position, setting, report)
+            }
+            Measurement::Pose {
+                position_m,
+                covariance,
+                lever_m,
+                orientation,
+                orientation_covariance,
+            } => {
+                let position = position(&past, position_m, lever_m, covariance)?;
+                let residual = fix::orientation_residual(&past, orientation.quaternion());
+                let rows = (fix::orientation_rows(), ORIENTATION);
+                let orientation = candidate(&past, rows, residual, orientation_covariance)?;
+                self.decide_both(state, [position, orientation], setting, report)
+            }
+        }
+    }
+
+    fn since_last_speed_s(&mut self, time: SensorTime) -> f64 {
+        let last = self.last_speed.replace(time);
+        last.map_or(f64::INFINITY, |last| (time - last).as_secs_f64().abs())
+    }
+
+    fn decide<const N: usize>(
+        &mut self,
+        state: &mut State,
+        candidate: Candidate<N>,
+        setting: &Setting,
+        report: &mut AidReport,
+    ) -> Result<(), AidRefusal> {
+        let nis = candidate.nis(state);
+        report.nis = Some(nis);
+        let verdict = self.verdict(report.kind, nis <= GATE[N - 1], setting)?;
+        report.position_jumped = verdict == Verdict::Reopen && candidate.doubt.0 == POSITION;
+        candidate.apply(state, verdict);
+        Ok(())
+    }
+
+    /// A pose whose orientation does not fit is wrong in its position too, and the other way round.
+    fn decide_both(
+        &mut self,
+        state: &mut State,
+        [position, orientation]: [Candidate<3>; 2],
+        setting: &Setting,
+        report: &mut AidReport,
+    ) -> Result<(), AidRefusal> {
+        let both = [position.nis(state), orientation.nis(state)];
+        report.nis = Some(both[0] + both[1]);
+        let fits = both.iter().all(|nis| *nis <= GATE[2]);
+        let verdict = self.verdict(report.kind, fits, setting)?;
+        report.position_jumped = verdict == Verdict::Reopen && both[0] > GATE[2];
+        position.apply(state, verdict);
+        orientation.apply(state, verdict);
+        Ok(())
+    }
+
+    fn verdict(
+        &mut self,
+        kind: AidKind,
+        fits: bool,
+        setting: &Setting,
+    ) -> Result<Verdict, AidRefusal> {
+        let patience_s = setting.parameters.aiding.patience_s;
+        match self.gates[kind as usize].judge(fits, setting.now, patience_s) {
+            Verdict::Refuse => Err(AidRefusal::Innovation),
+            verdict => Ok(verdict),
+        }
+    }
+
+    /// Holds a vehicle to the directions in which it can move; gives the innovation if it came to that.
+    pub(crate) fn constrain(
+        &mut self,
+        state: &mut State,
+        ledger: &mut AidLedger,
+        setting: &Setting,
+    ) -> Option<AidReport> {
+        let vehicle = setting.parameters.vehicle.as_ref()?;
+        let past = self.history.past(state, 0.0, &setting.around)?;
+        if !non_holonomic::applies(&past, vehicle) {
+            return None;
+        }
+        let measured = non_holonomic::measurement(state, &past, setting.around.gravity, vehicle);
+        let velocity = crate::update::vehicle::velocity(state, &past, vehicle);
+        let doubt = velocity.y * velocity.y + velocity.z * velocity.z;
+        let candidate = Candidate { measured, doubt: (VELOCITY, doubt) };
+        let kind = AidKind::NonHolonomic;
+        let mut report = AidReport { kind, refusal: None, nis: None, position_jumped: false };
+        report.refusal = self.decide(state, candidate, setting, &mut report).err();
+        ledger.note(kind, report.refusal.is_none());
+        Some(report)
+    }
+}
+
+fn position(
+    past: &Past,
+    measured: DVec3,
+    lever_m: DVec3,
+    covariance: DMat3,
+) -> Result<Candidate<3>, AidRefusal> {
+    let residual = fix::position_residual(past, measured, lever_m);
+    candidate(past, (fix::position_rows(past, lever_m), POSITION), residual, covariance)
+}
+
+fn candidate(
+    past: &Past,
+    (rows, block): ([crate::covariance::Row; 3], Block),
+    residual: DVec3,
+    covariance: DMat3,
+) -> Result<Candidate<3>, AidRefusal> {
+    let rows = rows.map(|row| past.carry(&row));
+    let measured = Whitened::correlated(&rows, residual, covariance).ok_or(AidRefusal::Invalid)?;
+    Ok(Candidate { measured, doubt: (block, residual.length_squared()) })
+}
