@@ -23,3 +23,5 @@ pub mod ring;
 pub mod service;
 pub mod source;
 pub mod status_board;
+mod triple_buffer;
+pub mod world;

@@ -6,17 +6,20 @@ use crate::aid_status::{AidStatus, PositionOrigin};
 use crate::aiding::{Aid, AidRefusal, AidReport, Aiding, Setting};
 use crate::aids::Aids;
 use crate::alignment::{Alignment, Waiting};
-use crate::covariance::{MOUNTING, ORIENTATION, POSITION, SPEED_SCALE, VELOCITY};
+use crate::covariance::{DEVIATION, MOUNTING, ORIENTATION, POSITION, SPEED_SCALE, VELOCITY};
 use crate::frame::{Body, Rotation, World};
 use crate::grid::{Increment, Step};
 use crate::history::Surroundings;
 use crate::parameters::Parameters;
 use crate::predict::{Pending, ProcessNoise, Strapdown, follow};
+use crate::relative::{FieldTie, Station};
 use crate::so3;
 use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
 use crate::update::Outcome;
 use crate::update::compass::CompassReport;
+
+pub(crate) mod place;
 
 /// Where a heading comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +91,8 @@ pub struct Estimate {
     pub position_covariance: DMat3,
     /// Covariance of the velocity, (m/s)².
     pub velocity_covariance: DMat3,
+    /// How the orientation's error hangs on the field at this place.
+    pub field: FieldTie,
     /// Where the heading comes from.
     pub heading_origin: HeadingOrigin,
     /// Where the position comes from.
@@ -113,6 +118,25 @@ impl Estimate {
             angular_rate: -self.angular_rate,
             ..*self
         }
+    }
+
+    /// What a relative pose needs of it.
+    pub fn station(&self) -> Station {
+        Station {
+            orientation: self.orientation,
+            orientation_covariance: self.orientation_covariance,
+            angular_rate: self.angular_rate,
+            position: self.position,
+            position_covariance: self.position_covariance,
+            velocity: self.velocity,
+            velocity_covariance: self.velocity_covariance,
+            field: self.field,
+        }
+    }
+
+    /// Whether anything is known of the position.
+    pub fn is_position_known(&self) -> bool {
+        place::is_position_known(self.position_covariance)
     }
 }
 
@@ -266,6 +290,12 @@ impl Estimator {
         self.state.as_ref()
     }
 
+    /// The undisturbed field that the compass expects, in the world, µT; `None` without a magnetometer.
+    pub fn expected_field_ut(&self) -> Option<DVec3> {
+        let reference = self.aids.compass.reference()?;
+        Some(reference.in_world(self.parameters.field_bearing_rad))
+    }
+
     /// Pose and motion at the end of the last step, once aligned.
     pub fn estimate(&self) -> Option<Estimate> {
         self.estimate_ahead(&Increment::ZERO)
@@ -294,6 +324,7 @@ impl Estimator {
             orientation_covariance: self.orientation_covariance(block(ORIENTATION)),
             position_covariance: block(POSITION),
             velocity_covariance: block(VELOCITY),
+            field: self.field_tie(state),
             heading_origin: self.aids.heading_origin,
             position_origin: self.aids.ledger.status().position_origin(),
             aids: self.aids.ledger.status(),
@@ -311,6 +342,16 @@ impl Estimator {
         };
         covariance.z_axis.z += beyond * beyond;
         covariance
+    }
+
+    fn field_tie(&self, state: &State) -> FieldTie {
+        let p = &self.parameters.compass;
+        FieldTie {
+            with_orientation_rad2: state.covariance.with_state(ORIENTATION, DEVIATION),
+            variance_rad2: state.covariance.variance(DEVIATION),
+            prior_variance_rad2: p.deviation_sigma_rad * p.deviation_sigma_rad,
+            way_m: p.deviation_way_m,
+        }
     }
 
     fn begin_aiding(&mut self) {

@@ -13,9 +13,9 @@ mod conditioner;
 mod core;
 mod message;
 mod settings;
-mod vehicle;
 #[cfg(test)]
 mod tests;
+mod vehicle;
 mod worker;
 
 pub use conditioner::Conditioner;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use lodestone_config::Calibration;
 use lodestone_config::model::{
     Camera, Config, Estimator, HeadingMode as Mode, Noise, North, Preset, ValidityBounds,
@@ -11,10 +11,12 @@ use lodestone_fusion::{
     AlignmentParameters, FieldReference, GridParameters, HeadingMode, Parameters, SensorNoise,
     SensorSpan,
 };
+use lodestone_schema::DistanceSource;
 
 use super::Conditioner;
 use super::vehicle::{antenna_of, vehicle_of};
 use crate::driver::synthetic::{EarthField, FieldError};
+use crate::world::{MemberSettings, Place};
 
 /// How a lane reacts to silence and gaps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +44,8 @@ pub struct LaneSettings {
     pub validity: ValidityBounds,
     /// Silence and gaps.
     pub timing: Timing,
+    /// What the lane knows of its place in the world.
+    pub member: MemberSettings,
     /// The earth's field at the configured place and date, where the World Magnetic Model covers it.
     pub earth: Option<FieldReference>,
     /// Where position fixes of a recording hold, from the camera's origin in its own axes, m.
@@ -90,11 +94,27 @@ impl LaneSettings {
             validity: config.estimator.validity,
             earth: reference,
             antenna_m: antenna_of(config, camera),
+            member: member_of(config, camera),
             timing: Timing {
                 stale_after: Duration::from_secs_f64(lane.stale_after_s),
                 reset_after: SensorSpan::from_secs_f64(lane.reset_after_s),
             },
         })
+    }
+}
+
+fn member_of(config: &Config, camera: &Camera) -> MemberSettings {
+    let start = camera.start.map(|start| Place {
+        position: start.position_m.into(),
+        covariance: DMat3::from_diagonal(DVec3::splat(start.sigma_m * start.sigma_m)),
+        source: DistanceSource::CommonStart,
+    });
+    MemberSettings {
+        origin_in_body_m: camera.magnetometer_position_m.into(),
+        start,
+        kept: None,
+        unseen_speed_m_s: config.world.unseen_speed_m_s,
+        alignment_rest_s: config.estimator.alignment_rest_s,
     }
 }
 

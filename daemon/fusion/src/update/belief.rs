@@ -67,14 +67,13 @@ pub(crate) struct Belief {
 }
 
 impl Belief {
-    pub(crate) const NEW: Self =
-        Self {
-            doubted_s: 0.0,
-            usual: None,
-            steady: None,
-            believed: false,
-            since_start_s: f64::INFINITY,
-        };
+    pub(crate) const NEW: Self = Self {
+        doubted_s: 0.0,
+        usual: None,
+        steady: None,
+        believed: false,
+        since_start_s: f64::INFINITY,
+    };
 
     /// Whether a camera stands whose sensors were quiet over a window; `sigma_m_s` is the standstill's own.
     pub(crate) fn holds(

@@ -4,6 +4,7 @@ mod city;
 mod consistency;
 mod fixes;
 mod magnetism;
+mod relative;
 mod ride;
 mod scene;
 mod simulation;
