@@ -47,7 +47,8 @@ mod tests {
         };
         let camera = Camera { body: Some("car".into()), mounting, ..Camera::default() };
         let antenna_m = Some([2.0, 0.0, 1.5]);
-        let body = vec![RigidBody { name: "car".into(), vehicle, antenna_m }];
+        let body =
+            vec![RigidBody { name: "car".into(), vehicle, antenna_m, ..RigidBody::default() }];
         (Config { body, ..Config::default() }, camera)
     }
 
