@@ -22,6 +22,7 @@ pub(crate) fn check(config: &Config, report: &mut Report) {
         serial_where_needed(camera, &place, report);
         section_of_driver(camera, &place, report);
         events_before_end(camera, &place, report);
+        low_pass_below_half_rate(camera, &place, report);
     }
 }
 
@@ -188,6 +189,18 @@ fn serial_where_needed(camera: &Camera, place: &str, report: &mut Report) {
         let driver = format!("{place}.driver");
         let allowed = "the number printed on the camera, a whole number from 1";
         report.conflict(&format!("{place}.serial"), &[&driver], problem, allowed);
+    }
+}
+
+/// A recording tells its rate itself; it is looked at when the lane is made.
+fn low_pass_below_half_rate(camera: &Camera, place: &str, report: &mut Report) {
+    let rate_hz = camera.model.nominal_rate_hz();
+    let Some(cut_off_hz) = camera.low_pass_hz else { return };
+    if camera.driver != DriverKind::Replay && cut_off_hz >= 0.45 * rate_hz {
+        let problem =
+            format!("{cut_off_hz} Hz cannot be told from lower frequencies at {rate_hz} samples/s");
+        let allowed = format!("below {} Hz", 0.45 * rate_hz);
+        report.conflict(&format!("{place}.low_pass_hz"), &[], problem, &allowed);
     }
 }
 

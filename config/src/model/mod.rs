@@ -12,9 +12,10 @@ mod synthetic;
 
 pub use body::RigidBody;
 pub use camera::{
-    AxisMap, Camera, CameraModel, DriverKind, Fault, FaultKind, Mounting, Noise, Replay, SignedAxis,
+    AxisMap, Camera, CameraModel, DriverKind, Fault, FaultKind, Mounting, Noise, Replay,
+    SignedAxis, Start,
 };
-pub use estimator::{Estimator, HeadingMode, ValidityBounds};
+pub use estimator::{Estimator, HeadingMode, Preset, ValidityBounds};
 pub use lane::{Lane, SharedMemory, Threads};
 pub use synthetic::{
     Disturbance, Instrument, MagneticDistortion, Motor, SensorErrors, Synthetic, TrajectoryKind,
@@ -91,6 +92,16 @@ pub enum North {
     True,
 }
 
+impl North {
+    /// Its word in a configuration.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Magnetic => "magnetic",
+            Self::True => "true",
+        }
+    }
+}
+
 /// The world frame and the place that fixes the earth's field in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -105,6 +116,15 @@ pub struct World {
     pub altitude_m: f64,
     /// Decimal year for the World Magnetic Model; today if absent.
     pub year: Option<f64>,
+    /// File in which the world is kept from one run to the next, relative to this configuration's
+    /// directory; not kept if absent.
+    pub keep: Option<String>,
+    /// How far a camera may have been moved while the daemon did not run, 1σ, m, per axis.
+    pub moved_sigma_m: f64,
+    /// Speed with which a camera may have been moved while its lane could not see it, 1σ, m/s.
+    pub unseen_speed_m_s: f64,
+    /// How long the first camera is waited for before the next one fixes the world, s.
+    pub patience_s: f64,
     /// Magnetised steel in the simulated world.
     pub steel: Vec<Steel>,
 }
@@ -128,6 +148,10 @@ impl Default for World {
             longitude_deg: 11.668,
             altitude_m: 480.0,
             year: None,
+            keep: None,
+            moved_sigma_m: 0.3,
+            unseen_speed_m_s: 1.0,
+            patience_s: 10.0,
             steel: Vec::new(),
         }
     }

@@ -12,11 +12,14 @@ use crate::grid::{Increment, Step};
 use crate::history::Surroundings;
 use crate::parameters::Parameters;
 use crate::predict::{Pending, ProcessNoise, Strapdown, follow};
+use crate::relative::{FieldTie, Station};
 use crate::so3;
 use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
 use crate::update::compass::CompassReport;
 use crate::update::{Outcome, gradient};
+
+pub(crate) mod place;
 
 /// Where a heading comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +91,8 @@ pub struct Estimate {
     pub position_covariance: DMat3,
     /// Covariance of the velocity, (m/s)².
     pub velocity_covariance: DMat3,
+    /// How the orientation's error hangs on the field at this place.
+    pub field: FieldTie,
     /// Where the heading comes from.
     pub heading_origin: HeadingOrigin,
     /// Where the position comes from.
@@ -100,6 +105,39 @@ pub struct Estimate {
     pub magnetic_disturbance: bool,
     /// The field in the world, smoothed, µT, if the magnetometer spoke.
     pub magnetic_field_ut: Option<DVec3>,
+}
+
+impl Estimate {
+    /// The same in a time that runs the other way: what an estimator that goes back in time
+    /// ([`Estimator::reversed`]) says of the past.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        Self {
+            time: SensorTime::from_nanos(-self.time.as_nanos()),
+            velocity: -self.velocity,
+            angular_rate: -self.angular_rate,
+            ..*self
+        }
+    }
+
+    /// What a relative pose needs of it.
+    pub fn station(&self) -> Station {
+        Station {
+            orientation: self.orientation,
+            orientation_covariance: self.orientation_covariance,
+            angular_rate: self.angular_rate,
+            position: self.position,
+            position_covariance: self.position_covariance,
+            velocity: self.velocity,
+            velocity_covariance: self.velocity_covariance,
+            field: self.field,
+        }
+    }
+
+    /// Whether anything is known of the position.
+    pub fn is_position_known(&self) -> bool {
+        place::is_position_known(self.position_covariance)
+    }
 }
 
 /// The estimator's state; a copy of it saves and restores the filter.
@@ -265,6 +303,7 @@ impl Estimator {
             earth_rate_rad_s: -p.earth_rate_rad_s,
             lead_s: -p.lead_s,
             gyro_lag_s: 0.0,
+            vehicle: None,
             ..*p
         };
         let mut reversed = Self::new(parameters);
@@ -276,6 +315,12 @@ impl Estimator {
     /// The state, once aligned.
     pub const fn state(&self) -> Option<&State> {
         self.state.as_ref()
+    }
+
+    /// The undisturbed field that the compass expects, in the world, µT; `None` without a magnetometer.
+    pub fn expected_field_ut(&self) -> Option<DVec3> {
+        let reference = self.aids.compass.reference()?;
+        Some(reference.in_world(self.parameters.field_bearing_rad))
     }
 
     /// Pose and motion at the end of the last step, once aligned.
@@ -306,6 +351,7 @@ impl Estimator {
             orientation_covariance: self.orientation_covariance(block(ORIENTATION)),
             position_covariance: block(POSITION),
             velocity_covariance: block(VELOCITY),
+            field: self.field_tie(state),
             heading_origin: self.aids.heading_origin,
             position_origin: self.aids.ledger.status().position_origin(),
             aids: self.aids.ledger.status(),
@@ -325,6 +371,16 @@ impl Estimator {
         covariance
     }
 
+    fn field_tie(&self, state: &State) -> FieldTie {
+        let p = &self.parameters.compass;
+        FieldTie {
+            with_orientation_rad2: state.covariance.with_state(ORIENTATION, DEVIATION),
+            variance_rad2: state.covariance.variance(DEVIATION),
+            prior_variance_rad2: p.deviation_sigma_rad * p.deviation_sigma_rad,
+            way_m: p.deviation_way_m,
+        }
+    }
+
     fn begin_aiding(&mut self) {
         self.aiding = Aiding::NEW;
         let (Some(state), Some(vehicle)) = (&mut self.state, &self.parameters.vehicle) else {
@@ -342,7 +398,7 @@ impl Estimator {
         };
         self.state = Some(aligned.state);
         self.begin_aiding();
-        self.aids.begin(aligned.at_rest);
+        self.aids.begin(&aligned);
         if let Some(field) = aligned.field {
             self.aids.begin_with(field, aligned.field_span_s, self.parameters.heading);
         }

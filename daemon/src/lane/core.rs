@@ -1,12 +1,14 @@
 //! The part of a lane that depends on its readings alone: same readings in, same bits out.
 
 use lodestone_fusion::{
-    Accepted, Estimate, Estimator, FieldReference, Grid, ImuSample, Parameters, Refusal,
-    SensorSpan, SensorTime, Waiting,
+    Accepted, Aid, AidRefusal, Estimate, Estimator, FieldReference, Grid, ImuSample, Parameters,
+    Refusal, SensorSpan, SensorTime, Waiting,
 };
 
+use super::aiding::AidQueue;
 use super::{Conditioner, LaneSettings, SetBack};
 use crate::reading::Reading;
+use crate::world::{Membership, WorldStep};
 
 /// How far the filter is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +37,10 @@ pub struct StepOutput {
     pub degraded: bool,
     /// The magnetic field is not the earth's at the configured place.
     pub field_unlike_earth: bool,
+    /// A fix that was refused for long was believed after all: the position jumped.
+    pub position_jumped: bool,
+    /// The world that the pose is in.
+    pub world: WorldStep,
 }
 
 /// What became of a reading.
@@ -63,6 +69,12 @@ pub struct CoreCounts {
     pub invalid: u64,
     /// Times the filter began anew, or found north late: poses before and after do not compare.
     pub resets: u32,
+    /// Measurements by others that corrected the filter.
+    pub aiding_used: u64,
+    /// Measurements by others that did not fit, or came too late.
+    pub aiding_refused: u64,
+    /// Measurements by others that make no sense, are of the future, or cannot be used here.
+    pub aiding_invalid: u64,
 }
 
 impl CoreCounts {
@@ -90,20 +102,29 @@ pub struct Core {
     conditioner: Conditioner,
     grid: Grid,
     estimator: Estimator,
+    membership: Membership,
     parameters: Parameters,
     reset_after: SensorSpan,
     earth: Option<FieldReference>,
     epoch: Option<u32>,
     set_back: SetBack,
+    aids: AidQueue,
+    position_jumped: bool,
     degraded: bool,
     phase: Phase,
     counts: CoreCounts,
 }
 
 impl Core {
-    /// A core that waits for its first reading.
+    /// A core that waits for its first reading, in a world of its own.
     pub fn new(settings: &LaneSettings) -> Self {
+        Self::in_world(settings, Membership::alone(settings.member))
+    }
+
+    /// A core that waits for its first reading, in a world that it shares.
+    pub fn in_world(settings: &LaneSettings, membership: Membership) -> Self {
         Self {
+            membership,
             conditioner: settings.conditioner.clone(),
             grid: Grid::new(settings.grid),
             estimator: Estimator::new(settings.estimator),
@@ -112,6 +133,8 @@ impl Core {
             earth: settings.earth,
             epoch: None,
             set_back: SetBack::new(settings.timing.reset_after),
+            aids: AidQueue::new(settings.antenna_m),
+            position_jumped: false,
             degraded: false,
             phase: Phase::Aligning(Waiting::Collecting),
             counts: CoreCounts::default(),
@@ -130,16 +153,24 @@ impl Core {
                 return Taken { sample, refusal: Some(refusal) };
             }
         }
+        for aid in self.aids.recorded(reading).into_iter().flatten() {
+            self.aid(aid);
+        }
         while let Some(step) = self.grid.next_step() {
             self.counts.bridged += u64::from(step.bridged);
             let report = self.estimator.step(&step);
-            self.counts.resets += u32::from(report.world_turned);
+            let arrival = reading.arrival;
+            let began_anew =
+                self.membership.follow(&mut self.estimator, report.just_aligned, arrival);
+            self.counts.resets += u32::from(report.world_turned || began_anew);
             self.phase = report.waiting.map_or(Phase::Running, Phase::Aligning);
+            self.offer_due(step.time);
             let estimate = self.estimator.estimate();
             if report.waiting.is_none() && estimate.is_none() {
                 // A state that is not finite has no way back.
                 self.reset();
             }
+            let world = self.membership.note(estimate.as_ref(), arrival);
             self.degraded = self.degraded && !estimate.as_ref().is_some_and(recovered);
             on_step(&StepOutput {
                 time: step.time,
@@ -149,14 +180,57 @@ impl Core {
                 saturated: step.saturated,
                 degraded: self.degraded,
                 field_unlike_earth: is_unlike_earth(self.earth, estimate.as_ref()),
+                position_jumped: std::mem::take(&mut self.position_jumped),
+                world,
             });
         }
         Taken { sample, refusal: None }
     }
 
+    /// Takes a measurement by others, on the sensor's clock; it waits until the grid has come there.
+    pub fn aid(&mut self, aid: Aid) {
+        let newest = self.grid.last_sample().map_or(aid.time, |sample| sample.time);
+        if self.aids.push(aid, newest).is_err() {
+            self.counts.aiding_invalid += 1;
+        }
+    }
+
+    /// A measurement by others could not even be read.
+    pub const fn count_invalid_aid(&mut self) {
+        self.counts.aiding_invalid += 1;
+    }
+
+    /// Hands the estimator what is valid up to the end of its last step.
+    fn offer_due(&mut self, now: SensorTime) {
+        while let Some(aid) = self.aids.next_due(now) {
+            let report = self.estimator.aid(&aid);
+            self.position_jumped |= report.position_jumped;
+            match report.refusal {
+                None => self.counts.aiding_used += 1,
+                Some(AidRefusal::Invalid | AidRefusal::NoVehicle | AidRefusal::Future) => {
+                    self.counts.aiding_invalid += 1;
+                }
+                Some(AidRefusal::NotAligned | AidRefusal::TooOld | AidRefusal::Innovation) => {
+                    self.counts.aiding_refused += 1;
+                }
+            }
+        }
+    }
+
     /// The pose at the last reading taken: the last step's, carried on over the remainder.
     pub fn at_last_reading(&self) -> Option<Estimate> {
         self.estimator.estimate_ahead(&self.grid.remainder())
+    }
+
+    /// An estimator that goes back in time from the last step, and that step's time, once aligned.
+    pub fn reversed(&self) -> Option<(Estimator, SensorTime)> {
+        let time = self.estimator.estimate()?.time;
+        Some((self.estimator.reversed()?, time))
+    }
+
+    /// The lane's part in the world.
+    pub const fn membership(&self) -> &Membership {
+        &self.membership
     }
 
     /// How far the filter is.
@@ -223,6 +297,7 @@ impl Core {
 
     fn reset(&mut self) {
         self.estimator = Estimator::new(self.parameters);
+        self.counts.aiding_refused += self.aids.clear();
         self.phase = Phase::Aligning(Waiting::Collecting);
         self.degraded = false;
         self.counts.resets += 1;

@@ -2,10 +2,13 @@
 
 use glam::{DMat3, DVec3};
 use lodestone_config::model::ValidityBounds;
-use lodestone_fusion::{Estimate, HeadingOrigin, ImuSample, PositionOrigin, SensorTime, Waiting};
+use lodestone_fusion::{
+    self as fusion, AidKind, Estimate, HeadingOrigin, ImuSample, PositionOrigin, SensorTime,
+    Waiting,
+};
 use lodestone_schema::{
-    AlignmentWait, CalibratedSample, HeadingSource, Pose, PositionSource, SampleFlags, Status,
-    Validity,
+    AidFlags, AlignmentWait, CalibratedSample, HeadingSource, Pose, PositionSource, SampleFlags,
+    Status, Validity,
 };
 
 use super::{Phase, StepOutput};
@@ -26,6 +29,7 @@ pub fn status_of(step: &StepOutput, calibrated: bool) -> Status {
         status.set(Status::STATIONARY, estimate.at_rest);
         status.set(Status::MAGNETIC_DISTURBANCE, estimate.magnetic_disturbance);
         status.set(Status::FIELD_UNLIKE_EARTH, step.field_unlike_earth);
+        status.set(Status::POSITION_JUMPED, step.position_jumped);
         status.set(Status::GIMBAL_LOCK, estimate.orientation.is_gimbal_locked());
     }
     status
@@ -67,9 +71,12 @@ pub fn fill_pose(pose: &mut Pose, step: &StepOutput, bounds: &ValidityBounds, ca
         forget(pose);
         return;
     };
+    pose.world_epoch = step.world.epoch;
     pose.validity = validity_of(estimate, bounds).bits();
     pose.heading_source = heading_source(estimate).code();
     pose.position_source = position_source(estimate).code();
+    pose.aids_used = aid_bits(estimate.aids.used);
+    pose.aids_refused = aid_bits(estimate.aids.refused);
     pose.position_m = estimate.position.into();
     pose.velocity_m_s = estimate.velocity.into();
     pose.orientation = estimate.orientation.quaternion().to_array();
@@ -78,6 +85,18 @@ pub fn fill_pose(pose: &mut Pose, step: &StepOutput, bounds: &ValidityBounds, ca
     pose.position_covariance_m2 = upper_triangle(estimate.position_covariance);
     pose.velocity_covariance_m2_s2 = upper_triangle(estimate.velocity_covariance);
     pose.orientation_covariance_rad2 = upper_triangle(orientation_covariance(estimate));
+    if step.world.epoch == 0 || !estimate.is_position_known() {
+        forget_position(pose);
+    }
+}
+
+/// There is no world yet, or nobody has said where in it the camera stands.
+fn forget_position(pose: &mut Pose) {
+    const UNKNOWN: [f64; 6] = [f64::INFINITY, 0.0, 0.0, f64::INFINITY, 0.0, f64::INFINITY];
+    pose.validity &= !Validity::POSITION.bits();
+    pose.position_source = PositionSource::None.code();
+    pose.position_m = [f64::NAN; 3];
+    pose.position_covariance_m2 = UNKNOWN;
 }
 
 /// Turns a pose into one of which nothing is known but its times.
@@ -85,6 +104,7 @@ pub(super) fn forget(pose: &mut Pose) {
     pose.validity = 0;
     pose.heading_source = HeadingSource::None.code();
     pose.position_source = PositionSource::None.code();
+    (pose.aids_used, pose.aids_refused) = (0, 0);
     pose.position_m = [f64::NAN; 3];
     pose.velocity_m_s = [f64::NAN; 3];
     pose.orientation = [f64::NAN; 4];
@@ -186,14 +206,28 @@ const fn heading_source(estimate: &Estimate) -> HeadingSource {
 
 const fn position_source(estimate: &Estimate) -> PositionSource {
     match estimate.position_origin {
+        PositionOrigin::Unaided => PositionSource::Inertial,
         PositionOrigin::Standstill => PositionSource::Standstill,
         PositionOrigin::Speed => PositionSource::AidingSpeed,
-        PositionOrigin::PositionFix | PositionOrigin::PoseFix => PositionSource::AidingPosition,
-        // What version 1 has no code for drifts as well, only less.
-        PositionOrigin::Unaided | PositionOrigin::NonHolonomic | PositionOrigin::Gradient => {
-            PositionSource::Inertial
-        }
+        PositionOrigin::PositionFix => PositionSource::AidingPosition,
+        PositionOrigin::PoseFix => PositionSource::AidingPose,
+        PositionOrigin::NonHolonomic => PositionSource::NonHolonomic,
+        PositionOrigin::Gradient => PositionSource::MagneticGradient,
     }
+}
+
+/// The bits of a set of aids.
+fn aid_bits(aids: fusion::AidFlags) -> u8 {
+    const BITS: [(AidKind, AidFlags); 6] = [
+        (AidKind::Standstill, AidFlags::STANDSTILL),
+        (AidKind::Speed, AidFlags::SPEED),
+        (AidKind::NonHolonomic, AidFlags::NON_HOLONOMIC),
+        (AidKind::PositionFix, AidFlags::POSITION_FIX),
+        (AidKind::PoseFix, AidFlags::POSE_FIX),
+        (AidKind::Gradient, AidFlags::GRADIENT),
+    ];
+    let there = BITS.into_iter().filter(|(kind, _)| aids.contains(*kind));
+    there.fold(AidFlags::empty(), |bits, (_, bit)| bits | bit).bits()
 }
 
 const fn upper_triangle(m: DMat3) -> [f64; 6] {

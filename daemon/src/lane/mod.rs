@@ -8,6 +8,7 @@
 //! [`Core`] is all of it that depends on the readings alone; replaying a recording and running
 //! live differ only in what surrounds it ([`Worker`] for a live lane).
 
+mod aiding;
 mod conditioner;
 mod core;
 mod message;
@@ -15,8 +16,10 @@ mod set_back;
 mod settings;
 #[cfg(test)]
 mod tests;
+mod vehicle;
 mod worker;
 
+pub(crate) use aiding::AidQueue;
 pub use conditioner::Conditioner;
 pub use core::{Core, CoreCounts, Phase, StepOutput, Taken, is_unlike_earth, recovered};
 pub use message::{fill_pose, pose_row, sample_message, status_of, validity_of, wait_of};

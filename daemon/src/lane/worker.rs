@@ -13,6 +13,7 @@ use crate::driver::SourceState;
 use crate::publisher::blank_pose;
 use crate::reading::{HostTime, Reading};
 use crate::status_board::{LaneBoard, LaneStatus, SensorStatus};
+use crate::world::{Motion, WorldFrame};
 
 /// Where a live lane's messages go.
 pub trait Publish {
@@ -47,6 +48,8 @@ struct Outlet<P> {
     pose: Pose,
     samples: u64,
     sensor: SensorStatus,
+    /// Where those who compare cameras look.
+    world: Arc<WorldFrame>,
 }
 
 impl<P: Publish> Worker<P> {
@@ -54,6 +57,7 @@ impl<P: Publish> Worker<P> {
     ///
     /// `host_rate` is the number of host seconds in a sensor second: 1 for a device.
     pub fn new(
+        core: Core,
         settings: LaneSettings,
         publisher: P,
         board: Arc<LaneBoard>,
@@ -61,8 +65,9 @@ impl<P: Publish> Worker<P> {
         host_rate: f64,
     ) -> Self {
         let stale_after = settings.timing.stale_after;
+        let world = Arc::clone(core.membership().frame());
         Self {
-            core: Core::new(&settings),
+            core,
             stale_after_ns: i64::try_from(stale_after.as_nanos()).unwrap_or(i64::MAX),
             last_arrival: None,
             silent: false,
@@ -76,6 +81,7 @@ impl<P: Publish> Worker<P> {
                 unix_offset,
                 samples: 0,
                 sensor: SensorStatus::default(),
+                world,
             },
         }
     }
@@ -133,6 +139,9 @@ impl<P: Publish> Worker<P> {
         board.out_of_order.set(counts.out_of_order);
         board.invalid.set(counts.invalid);
         board.resets.set(counts.resets.into());
+        board.aiding_used.set(counts.aiding_used);
+        board.aiding_refused.set(counts.aiding_refused);
+        board.aiding_invalid.set(counts.aiding_invalid);
         board.poses.set(self.outlet.pose.sequence);
         board.publish_errors.set(self.outlet.publisher.errors());
     }
@@ -161,6 +170,10 @@ impl<P: Publish> Outlet<P> {
         }
         self.board.latest.report(&LaneStatus::of(&self.pose, self.sensor));
         self.pose.sequence += 1;
+        if let Some(estimate) = &step.estimate {
+            let motion = Motion::of(estimate, self.pose.time_ns, &step.world);
+            self.world.report_motion(self.settings.camera_id as usize, &motion);
+        }
     }
 
     /// The last pose once more, with nothing claimed about it.

@@ -12,6 +12,7 @@ mod port;
 mod qos;
 mod side;
 mod wake;
+mod world;
 
 pub use lane::LanePublisher;
 pub(crate) use lane::blank_pose;
@@ -19,3 +20,4 @@ pub use port::PublisherError;
 pub use qos::{MAX_BORROWED, qos_of, sample_bytes};
 pub(crate) use side::blank_health;
 pub use side::{HealthPublisher, TruthPublisher};
+pub use world::{Requests, WorldPublisher};

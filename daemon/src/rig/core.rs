@@ -2,16 +2,18 @@
 
 use lodestone_fusion::rig::{Exclusion, MemberStatus, RigEstimator, RigReport};
 use lodestone_fusion::{
-    Accepted, Estimate, FieldReference, Grid, ImuSample, Refusal, SensorSpan, SensorTime, Step,
-    Waiting,
+    Accepted, Aid, AidRefusal, Estimate, FieldReference, Grid, ImuSample, Refusal, SensorSpan,
+    SensorTime, Step, Waiting,
 };
 
 use super::assembler::{Assembler, AssemblerCounts, Fit, Row};
 use super::settings::{MemberSettings, RigSettings};
 use crate::lane::{
-    Conditioner, CoreCounts, Phase, SetBack, StepOutput, Taken, is_unlike_earth, recovered,
+    AidQueue, Conditioner, CoreCounts, Phase, SetBack, StepOutput, Taken, is_unlike_earth,
+    recovered,
 };
-use crate::reading::Reading;
+use crate::reading::{HostTime, Reading};
+use crate::world::Membership;
 
 /// One member on its way to the common grid.
 #[derive(Clone, Debug)]
@@ -19,6 +21,7 @@ struct Member {
     conditioner: Conditioner,
     grid: Grid,
     set_back: SetBack,
+    aids: AidQueue,
     epoch: Option<u32>,
     counts: CoreCounts,
 }
@@ -63,14 +66,21 @@ pub struct RigCore {
     reset_after: SensorSpan,
     earth: Option<FieldReference>,
     last: Option<SensorTime>,
+    membership: Membership,
+    position_jumped: bool,
     phase: Phase,
     degraded: bool,
     resets: u32,
 }
 
 impl RigCore {
-    /// A rig that waits for its first reading.
+    /// A rig that waits for its first reading, in a world of its own.
     pub fn new(settings: &RigSettings) -> Self {
+        Self::in_world(settings, Membership::alone(settings.place))
+    }
+
+    /// A rig that waits for its first reading, in a world that it shares.
+    pub fn in_world(settings: &RigSettings, membership: Membership) -> Self {
         let estimator = Box::new(RigEstimator::new(settings.geometry, settings.rig));
         let grid = settings.members[0].grid;
         let reset_after = settings.timing.reset_after;
@@ -78,6 +88,7 @@ impl RigCore {
             conditioner: m.conditioner.clone(),
             grid: Grid::new(m.grid),
             set_back: SetBack::new(reset_after),
+            aids: AidQueue::new(m.antenna_m),
             epoch: None,
             counts: CoreCounts::default(),
         };
@@ -90,6 +101,8 @@ impl RigCore {
             reset_after,
             earth: settings.earth,
             last: None,
+            membership,
+            position_jumped: false,
             phase: Phase::Aligning(Waiting::Collecting),
             degraded: false,
             resets: 0,
@@ -110,23 +123,25 @@ impl RigCore {
         if let Err(refusal) = pushed {
             return Taken { sample, refusal: Some(refusal) };
         }
+        self.queue_aids(member, reading, time);
+        let arrival = reading.arrival;
         while let Some(step) = self.members[member].grid.next_step() {
             self.members[member].counts.bridged += u64::from(step.bridged);
             if self.assembler.insert(member, step) == Fit::AllFar {
-                self.flush(&mut on_step);
+                self.flush(arrival, &mut on_step);
                 self.assembler.skip_to(member, step);
             }
             while let Some(row) = self.assembler.next_row() {
-                self.step(&row, &mut on_step);
+                self.step(&row, arrival, &mut on_step);
             }
         }
         Taken { sample, refusal: None }
     }
 
     /// Hands on what still waits for members that give no more.
-    pub fn flush(&mut self, mut on_step: impl FnMut(&RigStep<'_>)) {
+    pub fn flush(&mut self, arrival: HostTime, mut on_step: impl FnMut(&RigStep<'_>)) {
         while let Some(row) = self.assembler.flush() {
-            self.step(&row, &mut on_step);
+            self.step(&row, arrival, &mut on_step);
         }
     }
 
@@ -165,12 +180,51 @@ impl RigCore {
         self.estimator.status(member)
     }
 
-    fn step(&mut self, row: &Row, on_step: &mut impl FnMut(&RigStep<'_>)) {
+    /// The rig's part in the world.
+    pub const fn membership(&self) -> &Membership {
+        &self.membership
+    }
+
+    /// Takes what others measured at a member, from its recording.
+    fn queue_aids(&mut self, member: usize, reading: &Reading, time: SensorTime) {
+        let point = self.estimator.geometry().member(member);
+        let from = &mut self.members[member];
+        // The recording's clock and the members' common one differ by the reading's own times.
+        let shift = time - reading.sensor_time;
+        for aid in from.aids.recorded(reading).into_iter().flatten() {
+            let measurement = point.measured(aid.measurement);
+            let aid = Aid { time: aid.time + shift, measurement };
+            from.counts.aiding_invalid += u64::from(from.aids.push(aid, time).is_err());
+        }
+    }
+
+    /// Hands the estimator what is valid up to the end of its last step.
+    fn offer_due(&mut self, now: SensorTime) {
+        for member in &mut self.members {
+            while let Some(aid) = member.aids.next_due(now) {
+                let report = self.estimator.aid(&aid);
+                self.position_jumped |= report.position_jumped;
+                match report.refusal {
+                    None => member.counts.aiding_used += 1,
+                    Some(AidRefusal::Invalid | AidRefusal::NoVehicle | AidRefusal::Future) => {
+                        member.counts.aiding_invalid += 1;
+                    }
+                    Some(_) => member.counts.aiding_refused += 1,
+                }
+            }
+        }
+    }
+
+    fn step(&mut self, row: &Row, arrival: HostTime, on_step: &mut impl FnMut(&RigStep<'_>)) {
         let Some(first) = row.iter().flatten().next() else { return };
         self.account(first);
         let Some(report) = self.estimator.step(row) else { return };
-        self.resets += u32::from(report.step.world_turned);
+        let (filter, aligned) = (self.estimator.estimator_mut(), report.step.just_aligned);
+        let began_anew = self.membership.follow(filter, aligned, arrival);
+        self.resets += u32::from(report.step.world_turned || began_anew);
         self.phase = report.step.waiting.map_or(Phase::Running, Phase::Aligning);
+        self.offer_due(report.time);
+        let world = self.membership.note(self.estimator.estimate().as_ref(), arrival);
         let origin = self.estimator.geometry().origin();
         let estimate = self.estimator.estimate_at(&origin);
         self.degraded = self.degraded && !estimate.as_ref().is_some_and(recovered);
@@ -185,6 +239,8 @@ impl RigCore {
             saturated: report.saturated,
             degraded: self.degraded,
             field_unlike_earth: is_unlike_earth(self.earth, estimate.as_ref()),
+            position_jumped: std::mem::take(&mut self.position_jumped),
+            world,
         };
         on_step(&RigStep { body, report: &report, estimator: &self.estimator });
         if report.step.waiting.is_none() && estimate.is_none() {
@@ -208,6 +264,9 @@ impl RigCore {
 
     fn reset(&mut self) {
         self.estimator.clone_from(&self.fresh);
+        for member in &mut self.members {
+            member.counts.aiding_refused += member.aids.clear();
+        }
         self.phase = Phase::Aligning(Waiting::Collecting);
         self.degraded = false;
         self.resets += 1;

@@ -1,6 +1,6 @@
 //! What a rig needs of the configuration, in the estimator's terms.
 
-use glam::{DQuat, DVec3, EulerRot};
+use glam::{DMat3, DQuat, DVec3, EulerRot};
 use lodestone_config::model::{Camera, Config, Mounting as Mounted, Rig, ValidityBounds};
 use lodestone_config::{Calibration, LoadError, Loaded};
 use lodestone_fusion::rig::{Geometry, GeometryError, GradientParameters, Mounting, RigParameters};
@@ -10,6 +10,7 @@ use lodestone_fusion::{
 
 use crate::driver::synthetic::FieldError;
 use crate::lane::{Conditioner, LaneSettings, Timing};
+use crate::world::MemberSettings as Place;
 
 /// Why a rig cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -36,6 +37,8 @@ pub struct MemberSettings {
     pub conditioner: Conditioner,
     /// The time grid, the same for all members but for the rate of samples.
     pub grid: GridParameters,
+    /// Where position fixes of its recording hold, from the camera's origin in its own axes, m.
+    pub antenna_m: DVec3,
 }
 
 /// Everything a rig is made from.
@@ -55,6 +58,8 @@ pub struct RigSettings {
     pub validity: ValidityBounds,
     /// Silence and gaps.
     pub timing: Timing,
+    /// What the rig knows of its place in the world: what its first camera does, for the filter point.
+    pub place: Place,
     /// The earth's field at the configured place and date, where the World Magnetic Model covers it.
     pub earth: Option<FieldReference>,
 }
@@ -74,6 +79,7 @@ impl RigSettings {
             Geometry::new(&mountings).map_err(|e| RigError::Geometry(body.name.clone(), e))?;
         let first = &lanes[0];
         let (validity, timing, earth) = (first.validity, first.timing, first.earth);
+        let place = place_of(first.member, &geometry);
         let vehicle = || VehicleParameters::mounted(Rotation::IDENTITY, -geometry.centroid_m());
         let estimator = Parameters { vehicle: body.vehicle.then(vehicle), ..common(&lanes) };
         let gradient = GradientParameters {
@@ -93,6 +99,7 @@ impl RigSettings {
             rig: rig_parameters,
             validity,
             timing,
+            place,
             earth,
         })
     }
@@ -105,6 +112,7 @@ impl MemberSettings {
             camera: lane.camera,
             conditioner: lane.conditioner,
             grid: lane.grid,
+            antenna_m: lane.antenna_m,
         }
     }
 }
@@ -130,7 +138,7 @@ fn member_lanes(
 }
 
 fn mounting_of(camera: &Camera) -> Mounting {
-    let Mounted { position_m, roll_pitch_yaw_deg } = camera.mounting;
+    let Mounted { position_m, roll_pitch_yaw_deg, .. } = camera.mounting;
     let [roll, pitch, yaw] = roll_pitch_yaw_deg.map(f64::to_radians);
     let turn = DQuat::from_euler(EulerRot::ZYX, yaw, pitch, roll);
     let imu_m = DVec3::from_array(position_m);
@@ -138,6 +146,32 @@ fn mounting_of(camera: &Camera) -> Mounting {
         rotation: Rotation::from_yaw_pitch_roll(yaw, pitch, roll),
         imu_m,
         magnetometer_m: imu_m + turn * DVec3::from_array(camera.magnetometer_position_m),
+    }
+}
+
+/// What a rig knows of its place, as its first camera does. A camera's place is the filter point's up to
+/// its arm, whose direction in the world is not known before the alignment.
+fn place_of(first: Place, geometry: &Geometry) -> Place {
+    let arm = geometry.imu_arm_m(0);
+    let loose = |place: crate::world::Place| {
+        let covariance =
+            place.covariance + DMat3::from_diagonal(DVec3::splat(arm.length_squared()));
+        crate::world::Place { covariance, ..place }
+    };
+    Place {
+        origin_in_body_m: geometry.magnetometer_arm_m(0),
+        start: first.start.map(loose),
+        kept: first.kept.map(loose),
+        ..first
+    }
+}
+
+impl RigSettings {
+    /// The same with what was kept of the first camera's place.
+    #[must_use]
+    pub fn with_kept(self, kept: Option<crate::world::Place>) -> Self {
+        let place = place_of(Place { kept, start: None, ..self.place }, &self.geometry);
+        Self { place: Place { start: self.place.start, ..place }, ..self }
     }
 }
 

@@ -17,7 +17,7 @@ use crate::driver::replay::ReplayDriver;
 use crate::driver::{Driver, SourceState};
 use crate::lane::{Phase, StepOutput, pose_row, status_of};
 use crate::poses_csv::{PosesError, PosesWriter};
-use crate::reading::Reading;
+use crate::reading::{HostTime, Reading};
 use crate::rig::{GradientWriter, RigCore, RigSettings, RigStep};
 use crate::service::signals::StopFlag;
 
@@ -41,6 +41,8 @@ struct RigLane {
     core: RigCore,
     settings: RigSettings,
     outlets: Outlets,
+    /// When the last reading came.
+    last: HostTime,
 }
 
 /// The files of a rig.
@@ -93,7 +95,8 @@ pub(super) fn replay(
             Goes::ToRig { rig, member } => fused[rig].take(member, &reading)?,
         }
     }
-    for lane in single {
+    for mut lane in single {
+        lane.give_up()?;
         lane.writer.finish()?;
     }
     fused.into_iter().try_for_each(RigLane::finish)?;
@@ -130,7 +133,7 @@ fn lane(loaded: &Loaded, args: &ReplayArgs, source: &Source) -> Result<Lane, Rep
     let camera = &loaded.config.camera[source.camera];
     let calibration = loaded.calibration(camera)?;
     let poses = output(args, &camera.name);
-    Lane::of(loaded, (camera, calibration.as_ref()), &source.driver, &poses)
+    Lane::of(loaded, args, (camera, calibration.as_ref()), &source.driver, &poses)
 }
 
 fn output(args: &ReplayArgs, name: &str) -> PathBuf {
@@ -195,18 +198,20 @@ impl RigLane {
             )?,
             failure: None,
         };
-        Ok(Self { core: RigCore::new(&settings), settings, outlets })
+        let last = HostTime::default();
+        Ok(Self { core: RigCore::new(&settings), settings, outlets, last })
     }
 
     fn take(&mut self, member: usize, reading: &Reading) -> Result<(), PosesError> {
-        let Self { core, settings, outlets } = self;
+        let Self { core, settings, outlets, last } = self;
+        *last = reading.arrival;
         core.take(member, reading, reading.sensor_time, |step| outlets.write(step, settings));
         outlets.failure.take().map_or(Ok(()), Err)
     }
 
     fn finish(mut self) -> Result<(), ReplayCommandError> {
-        let Self { core, settings, outlets } = &mut self;
-        core.flush(|step| outlets.write(step, settings));
+        let Self { core, settings, outlets, last } = &mut self;
+        core.flush(*last, |step| outlets.write(step, settings));
         self.tell();
         if let Some(failure) = self.outlets.failure {
             return Err(failure.into());

@@ -48,7 +48,7 @@ pub use settings::SettingError;
 pub use truth::{Truth, TruthSource};
 
 use super::{BATCH, Driver, DriverCounters, DriverInfo, Sink, SourceState};
-use crate::reading::Reading;
+use crate::reading::{Reading, RecordedAiding};
 use clock::SensorClock;
 use kinematics::{Earth, Mover, Seat};
 use machines::Machines;
@@ -222,6 +222,7 @@ impl SyntheticDriver {
             mag: measured.mag,
             temperature_c: Some(measured.temperature_c),
             saturated: measured.saturated,
+            aiding: RecordedAiding::NONE,
         });
     }
 
