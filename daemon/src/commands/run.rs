@@ -152,7 +152,7 @@ fn contexts(
         kept_place: *place,
         stop: stop.clone(),
     };
-    places.iter().enumerate().map(context).collect()
+    places.iter().take(loaded.config.camera.len()).enumerate().map(context).collect()
 }
 
 /// Starts a lane for each camera that moves for itself, and one for each rig.

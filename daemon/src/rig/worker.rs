@@ -181,9 +181,8 @@ impl<P: Publish> RigWorker<P> {
             board.aiding_invalid.set(counts.aiding_invalid);
             let out = self.core.status(k).exclusion.is_some() && state == LaneState::Running;
             let own = if out { LaneState::Degraded } else { state };
-            if !present.silent {
-                published.report(own, phase, counts.resets);
-            }
+            let own = if present.silent { LaneState::Lost } else { own };
+            published.report(own, phase, counts.resets);
         }
     }
 
@@ -214,14 +213,12 @@ impl<P: Publish> Out<P> {
             to.send(of, settings, when, (unix_offset_ns, stale));
         };
         send(&mut self.body, &step.body, false);
+        self.body.report_motion(&step.body, &self.world);
         for k in 0..self.members.len().min(MAX_MEMBERS) {
             let of = step.member(k);
             let member = &mut self.members[k];
             send(member, &of, step.is_silent(k));
-            if let Some(estimate) = &of.estimate {
-                let motion = Motion::of(estimate, member.pose.time_ns, &of.world);
-                self.world.report_motion(member.pose.camera_id as usize, &motion);
-            }
+            member.report_motion(&of, &self.world);
         }
         self.note_gradient(step.report, settings);
     }
@@ -280,6 +277,14 @@ impl<P: Publish> Published<P> {
         }
         self.outlet.board.latest.report(&LaneStatus::of(&self.pose, self.sensor));
         self.pose.sequence += 1;
+    }
+
+    /// Tells those who compare cameras where it is.
+    fn report_motion(&self, step: &StepOutput, world: &WorldFrame) {
+        if let Some(estimate) = &step.estimate {
+            let motion = Motion::of(estimate, self.pose.time_ns, &step.world);
+            world.report_motion(self.pose.camera_id as usize, &motion);
+        }
     }
 
     fn send_stale(&mut self) {
