@@ -288,7 +288,7 @@ impl Member {
         let result = self.push(sample);
         match result {
             Ok(Accepted::Continued { lost } | Accepted::Gap { lost, .. }) => {
-                self.counts.lost += lost
+                self.counts.lost += lost;
             }
             Ok(Accepted::First) => {}
             Err(refusal) => self.counts.note_refusal(refusal),
