@@ -14,9 +14,10 @@ use lodestone_schema::Status;
 
 use crate::cli::ReplayArgs;
 use crate::driver::replay::{ReplayDriver, ReplayError};
-use crate::driver::synthetic::FieldError;
 use crate::driver::{Driver, SourceState};
-use crate::lane::{Core, CoreCounts, LaneSettings, Phase, StepOutput, pose_row, status_of};
+use crate::lane::{
+    Core, CoreCounts, LaneSettings, Phase, SettingsError, StepOutput, pose_row, status_of,
+};
 use crate::poses_csv::{PosesError, PosesWriter};
 use crate::reading::Reading;
 use crate::ring::ring;
@@ -54,7 +55,7 @@ pub enum ReplayCommandError {
     },
     /// True north is not known.
     #[error(transparent)]
-    Field(#[from] FieldError),
+    Settings(#[from] SettingsError),
     /// Poses cannot be written.
     #[error(transparent)]
     Write(#[from] PosesError),
