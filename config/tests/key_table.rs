@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use lodestone_config::model::{
     AxisMap, Camera, CameraModel, Config, Disturbance, DriverKind, Estimator, Fault, FaultKind,
     HeadingMode, Instrument, Lane, MagneticDistortion, Motor, Mounting, North, Replay, RigidBody,
-    SensorErrors, SharedMemory, Start, Synthetic, Threads, TrajectoryKind, Transport,
+    SensorErrors, SharedMemory, Start, Steel, Synthetic, Threads, TrajectoryKind, Transport,
     ValidityBounds, World,
 };
 use lodestone_config::{KeyInfo, explain, keys};
@@ -63,11 +63,21 @@ fn full_synthetic() -> Synthetic {
 
 fn full_config() -> Config {
     Config {
-        world: World { year: Some(2026.0), keep: Some("world.toml".into()), ..World::default() },
+        world: World {
+            year: Some(2026.0),
+            keep: Some("world.toml".into()),
+            steel: vec![Steel { position_m: [1.0; 3], moment_a_m2: [1.0; 3] }],
+            ..World::default()
+        },
         shared_memory: SharedMemory::default(),
         lane: Lane { step_rate_hz: Some(400.0), ..Lane::default() },
         estimator: Estimator { validity: ValidityBounds::default(), ..Estimator::default() },
-        body: vec![RigidBody { name: "car".into(), vehicle: true }],
+        body: vec![RigidBody {
+            name: "car".into(),
+            vehicle: true,
+            antenna_m: Some([0.0; 3]),
+            gradient: true,
+        }],
         camera: vec![full_camera()],
     }
 }
@@ -227,6 +237,7 @@ fn defaults_are_shown_where_a_file_could_say_them() {
         .map(|key| key.key)
         .collect();
     let expected = [
+        "body.antenna_m",
         "camera.body",
         "camera.calibration",
         "camera.lens_position_m",

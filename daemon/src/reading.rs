@@ -50,4 +50,44 @@ pub struct Reading {
     pub temperature_c: Option<f32>,
     /// At least one axis reads the end of its range.
     pub saturated: bool,
+    /// What others measured, where a recording holds it; a device knows nothing of it.
+    pub aiding: RecordedAiding,
+}
+
+/// What others measured, as a row of a recording holds it: smaller than the measurements it makes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RecordedAiding {
+    /// Speed of the vehicle.
+    pub speed: Option<RecordedSpeed>,
+    /// Position in the world.
+    pub fix: Option<RecordedFix>,
+}
+
+impl RecordedAiding {
+    /// Nothing.
+    pub const NONE: Self = Self { speed: None, fix: None };
+}
+
+/// Forward speed of the vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecordedSpeed {
+    /// m/s, backwards negative.
+    pub speed_m_s: f64,
+    /// 1σ, m/s, where the row says so.
+    pub sigma_m_s: Option<f32>,
+    /// How old it is, s.
+    pub age_s: f32,
+}
+
+/// Position, and perhaps orientation, in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecordedFix {
+    /// m.
+    pub position_m: [f64; 3],
+    /// 1σ per axis, m.
+    pub sigma_m: f32,
+    /// How old it is, s.
+    pub age_s: f32,
+    /// Body to world, `x y z w`, with its 1σ per axis, rad.
+    pub orientation: Option<([f32; 4], f32)>,
 }

@@ -181,7 +181,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::reading::HostTime;
+    use crate::reading::{HostTime, RecordedAiding};
 
     fn reading(sequence: u64) -> Reading {
         Reading {
@@ -192,6 +192,7 @@ mod tests {
             mag: None,
             temperature_c: None,
             saturated: false,
+            aiding: RecordedAiding::NONE,
             epoch: 0,
         }
     }

@@ -42,7 +42,8 @@ pub(super) const CAMERA: &[Key] = &[
         Vector(plus_minus(1.0)),
         "m",
         "Position of the magnetometer, from the IMU in the camera's body axes (forward, left, up). \
-         The world's origin is at that of the first camera.",
+         The world's origin is at that of the first camera, and on a rig it counts for the field's \
+         gradient.",
     ),
     key(
         "lens_position_m",

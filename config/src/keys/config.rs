@@ -1,6 +1,6 @@
 //! The tables of a configuration, and every key that is not a camera's.
 
-use super::Kind::{Choice, Number, Switch, Text, Whole};
+use super::Kind::{Choice, Number, Switch, Text, Vector, Whole};
 use super::body::BODY;
 use super::camera::{
     CAMERA, DISTORTION, DISTURBANCE, ERRORS, FAULT, INSTRUMENT, MOTOR, MOUNTING, NOISE, REPLAY,
@@ -20,6 +20,12 @@ pub(crate) static CONFIG: Schema = Schema {
             meaning: "The world frame (x east, y north, z up) and the place that fixes the earth's \
                       field in it.",
             keys: WORLD,
+        },
+        Section {
+            path: "world.steel",
+            shape: Shape::List,
+            meaning: "A piece of magnetised steel in the simulated world, as a dipole that stands still.",
+            keys: STEEL,
         },
         Section {
             path: "shared_memory",
@@ -193,6 +199,24 @@ const WORLD: &[Key] = &[
     ),
 ];
 
+const STEEL: &[Key] = &[
+    key(
+        "position_m",
+        Vector(plus_minus(10_000.0)),
+        "m",
+        "Where it stands in the world; simulated cameras and bodies begin at the origin.",
+    )
+    .required(),
+    key(
+        "moment_a_m2",
+        Vector(plus_minus(1e6)),
+        "A m²",
+        "Its dipole moment. A steel door or pillar has some hundred, a car a thousand; two metres from \
+         100 A m² the field is off by 2.5 µT and changes by 4 µT/m.",
+    )
+    .required(),
+];
+
 const SHARED_MEMORY: &[Key] = &[
     key("prefix", Text(Prefix), "", "First part of the name of every file that iceoryx2 makes."),
     key(
@@ -271,6 +295,14 @@ const LANE: &[Key] = &[
 ];
 
 const ESTIMATOR: &[Key] = &[
+    key(
+        "preset",
+        Choice(&["carried", "foot"]),
+        "",
+        "What carries the sensor: a vehicle or a hand, or a foot. On a foot every stance counts as \
+         standstill for the velocity; noise figures (unless camera.noise is given) and alignment are a \
+         foot's, and alignment_rest_s and alignment_motion_s do not count.",
+    ),
     key(
         "heading",
         Choice(&["continuous", "adaptive", "initial-only"]),

@@ -73,6 +73,11 @@ impl Covariance {
         self.rows[index][index]
     }
 
+    /// The covariance of two single error states.
+    pub fn covariance(&self, i: usize, j: usize) -> f64 {
+        self.rows[i][j]
+    }
+
     /// The variances of a block.
     pub fn variances(&self, block: Block) -> DVec3 {
         let at = |k: usize| self.variance(block.0 + k);

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::aid_status::{AidStatus, PositionOrigin};
+use crate::aid_status::{AidKind, AidStatus, PositionOrigin};
 use crate::aiding::{Aid, AidRefusal, AidReport, Aiding, Setting};
 use crate::aids::Aids;
 use crate::alignment::{Alignment, Waiting};
@@ -16,8 +16,8 @@ use crate::relative::{FieldTie, Station};
 use crate::so3;
 use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
-use crate::update::Outcome;
 use crate::update::compass::CompassReport;
+use crate::update::{Outcome, gradient};
 
 pub(crate) mod place;
 
@@ -108,6 +108,18 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// The same in a time that runs the other way: what an estimator that goes back in time
+    /// ([`Estimator::reversed`]) says of the past.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        Self {
+            time: SensorTime::from_nanos(-self.time.as_nanos()),
+            velocity: -self.velocity,
+            angular_rate: -self.angular_rate,
+            ..*self
+        }
+    }
+
     /// What a relative pose needs of it.
     pub fn station(&self) -> Station {
         Station {
@@ -237,6 +249,33 @@ impl Estimator {
         report
     }
 
+    /// Takes a velocity in the world, m/s, that a rig's magnetometers tell, with its covariance; `false`
+    /// if it contradicts the state.
+    pub(crate) fn aid_by_gradient(&mut self, velocity: DVec3, covariance: DMat3) -> bool {
+        let Some(state) = &mut self.state else { return false };
+        follow(state, &mut self.pending, &self.noise);
+        let used = gradient::update(state, velocity, covariance);
+        self.aids.ledger.note(AidKind::Gradient, used);
+        state.covariance.restore();
+        used
+    }
+
+    /// The field that gave the heading may be off by so much, 1σ, µT: heading and deviation are that
+    /// much less known, and err by the same.
+    pub(crate) fn doubt_heading(&mut self, field_ut: f64) {
+        let Some(horizontal_ut) = self.aids.compass.reference().map(|r| r.horizontal_ut()) else {
+            return;
+        };
+        let Some(state) = &mut self.state else { return };
+        let angle = (field_ut / horizontal_ut.max(1.0)).min(core::f64::consts::FRAC_PI_2);
+        let (heading, variance) = (ORIENTATION.0 + 2, angle * angle);
+        let between = state.covariance.block(ORIENTATION, ORIENTATION).z_axis.z;
+        state.covariance.set(heading, heading, between + variance);
+        state.covariance.add_variance(DEVIATION, variance);
+        let between = state.covariance.covariance(heading, DEVIATION) - variance;
+        state.covariance.set(heading, DEVIATION, between);
+    }
+
     /// Accounts for a stretch of time without samples, too long to bridge.
     pub fn cross_gap(&mut self, span: SensorSpan) {
         let gap_s = span.as_secs_f64();
@@ -264,6 +303,7 @@ impl Estimator {
             earth_rate_rad_s: -p.earth_rate_rad_s,
             lead_s: -p.lead_s,
             gyro_lag_s: 0.0,
+            vehicle: None,
             ..*p
         };
         let mut reversed = Self::new(parameters);
@@ -359,7 +399,7 @@ impl Estimator {
         let mag_delay_s = self.parameters.compass.delay_s;
         self.state = Some(State { mag_delay_s, ..aligned.state });
         self.begin_aiding();
-        self.aids.begin(aligned.at_rest);
+        self.aids.begin(&aligned);
         if let Some(field) = aligned.field {
             self.aids.begin_with(field, aligned.field_span_s, self.parameters.heading);
         }

@@ -28,6 +28,7 @@ mod predict;
 mod quantity;
 pub mod relative;
 mod rest;
+pub mod rig;
 mod sample;
 pub mod so3;
 mod state;

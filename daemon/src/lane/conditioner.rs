@@ -103,7 +103,7 @@ impl MagnetometerModel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reading::HostTime;
+    use crate::reading::{HostTime, RecordedAiding};
     use lodestone_config::{Date, MagnetometerCalibration};
     use lodestone_fusion::SensorTime;
 
@@ -116,6 +116,7 @@ mod tests {
             mag: Some(Mag::new(mag)),
             temperature_c: Some(temperature_c),
             saturated: false,
+            aiding: RecordedAiding::NONE,
             epoch: 0,
         }
     }

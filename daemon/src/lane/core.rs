@@ -1,10 +1,11 @@
 //! The part of a lane that depends on its readings alone: same readings in, same bits out.
 
 use lodestone_fusion::{
-    Accepted, Estimate, Estimator, FieldReference, Grid, ImuSample, Parameters, Refusal,
-    SensorSpan, SensorTime, Waiting,
+    Accepted, Aid, AidRefusal, Estimate, Estimator, FieldReference, Grid, ImuSample, Parameters,
+    Refusal, SensorSpan, SensorTime, Waiting,
 };
 
+use super::aiding::AidQueue;
 use super::{Conditioner, LaneSettings};
 use crate::reading::Reading;
 use crate::world::{Membership, WorldStep};
@@ -36,6 +37,8 @@ pub struct StepOutput {
     pub degraded: bool,
     /// The magnetic field is not the earth's at the configured place.
     pub field_unlike_earth: bool,
+    /// A fix that was refused for long was believed after all: the position jumped.
+    pub position_jumped: bool,
     /// The world that the pose is in.
     pub world: WorldStep,
 }
@@ -66,6 +69,12 @@ pub struct CoreCounts {
     pub invalid: u64,
     /// Times the filter began anew, or found north late: poses before and after do not compare.
     pub resets: u32,
+    /// Measurements by others that corrected the filter.
+    pub aiding_used: u64,
+    /// Measurements by others that did not fit, or came too late.
+    pub aiding_refused: u64,
+    /// Measurements by others that make no sense, are of the future, or cannot be used here.
+    pub aiding_invalid: u64,
 }
 
 /// Standard deviations up to which a filter that crossed a gap counts as recovered.
@@ -95,6 +104,8 @@ pub struct Core {
     earth: Option<FieldReference>,
     epoch: Option<u32>,
     backwards: Option<BackwardRun>,
+    aids: AidQueue,
+    position_jumped: bool,
     degraded: bool,
     phase: Phase,
     counts: CoreCounts,
@@ -118,6 +129,8 @@ impl Core {
             earth: settings.earth,
             epoch: None,
             backwards: None,
+            aids: AidQueue::new(settings.antenna_m),
+            position_jumped: false,
             degraded: false,
             phase: Phase::Aligning(Waiting::Collecting),
             counts: CoreCounts::default(),
@@ -136,6 +149,9 @@ impl Core {
                 return Taken { sample, refusal: Some(refusal) };
             }
         }
+        for aid in self.aids.recorded(reading).into_iter().flatten() {
+            self.aid(aid);
+        }
         while let Some(step) = self.grid.next_step() {
             self.counts.bridged += u64::from(step.bridged);
             let report = self.estimator.step(&step);
@@ -144,6 +160,7 @@ impl Core {
                 self.membership.follow(&mut self.estimator, report.just_aligned, arrival);
             self.counts.resets += u32::from(report.world_turned || began_anew);
             self.phase = report.waiting.map_or(Phase::Running, Phase::Aligning);
+            self.offer_due(step.time);
             let estimate = self.estimator.estimate();
             if report.waiting.is_none() && estimate.is_none() {
                 // A state that is not finite has no way back.
@@ -159,15 +176,52 @@ impl Core {
                 saturated: step.saturated,
                 degraded: self.degraded,
                 field_unlike_earth: self.is_unlike_earth(estimate.as_ref()),
+                position_jumped: std::mem::take(&mut self.position_jumped),
                 world,
             });
         }
         Taken { sample, refusal: None }
     }
 
+    /// Takes a measurement by others, on the sensor's clock; it waits until the grid has come there.
+    pub fn aid(&mut self, aid: Aid) {
+        let newest = self.grid.last_sample().map_or(aid.time, |sample| sample.time);
+        if self.aids.push(aid, newest).is_err() {
+            self.counts.aiding_invalid += 1;
+        }
+    }
+
+    /// A measurement by others could not even be read.
+    pub const fn count_invalid_aid(&mut self) {
+        self.counts.aiding_invalid += 1;
+    }
+
+    /// Hands the estimator what is valid up to the end of its last step.
+    fn offer_due(&mut self, now: SensorTime) {
+        while let Some(aid) = self.aids.next_due(now) {
+            let report = self.estimator.aid(&aid);
+            self.position_jumped |= report.position_jumped;
+            match report.refusal {
+                None => self.counts.aiding_used += 1,
+                Some(AidRefusal::Invalid | AidRefusal::NoVehicle | AidRefusal::Future) => {
+                    self.counts.aiding_invalid += 1;
+                }
+                Some(AidRefusal::NotAligned | AidRefusal::TooOld | AidRefusal::Innovation) => {
+                    self.counts.aiding_refused += 1;
+                }
+            }
+        }
+    }
+
     /// The pose at the last reading taken: the last step's, carried on over the remainder.
     pub fn at_last_reading(&self) -> Option<Estimate> {
         self.estimator.estimate_ahead(&self.grid.remainder())
+    }
+
+    /// An estimator that goes back in time from the last step, and that step's time, once aligned.
+    pub fn reversed(&self) -> Option<(Estimator, SensorTime)> {
+        let time = self.estimator.estimate()?.time;
+        Some((self.estimator.reversed()?, time))
     }
 
     /// The lane's part in the world.
@@ -258,6 +312,7 @@ impl Core {
 
     fn reset(&mut self) {
         self.estimator = Estimator::new(self.parameters);
+        self.counts.aiding_refused += self.aids.clear();
         self.phase = Phase::Aligning(Waiting::Collecting);
         self.degraded = false;
         self.counts.resets += 1;

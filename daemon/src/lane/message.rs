@@ -29,6 +29,7 @@ pub fn status_of(step: &StepOutput, calibrated: bool) -> Status {
         status.set(Status::STATIONARY, estimate.at_rest);
         status.set(Status::MAGNETIC_DISTURBANCE, estimate.magnetic_disturbance);
         status.set(Status::FIELD_UNLIKE_EARTH, step.field_unlike_earth);
+        status.set(Status::POSITION_JUMPED, step.position_jumped);
         status.set(Status::GIMBAL_LOCK, estimate.orientation.is_gimbal_locked());
     }
     status
@@ -210,13 +211,13 @@ const fn heading_source(estimate: &Estimate) -> HeadingSource {
 
 const fn position_source(estimate: &Estimate) -> PositionSource {
     match estimate.position_origin {
+        PositionOrigin::Unaided => PositionSource::Inertial,
         PositionOrigin::Standstill => PositionSource::Standstill,
         PositionOrigin::Speed => PositionSource::AidingSpeed,
         PositionOrigin::PositionFix => PositionSource::AidingPosition,
         PositionOrigin::PoseFix => PositionSource::AidingPose,
         PositionOrigin::NonHolonomic => PositionSource::NonHolonomic,
         PositionOrigin::Gradient => PositionSource::MagneticGradient,
-        PositionOrigin::Unaided => PositionSource::Inertial,
     }
 }
 

@@ -8,12 +8,14 @@
 //! [`Core`] is all of it that depends on the readings alone; replaying a recording and running
 //! live differ only in what surrounds it ([`Worker`] for a live lane).
 
+mod aiding;
 mod conditioner;
 mod core;
 mod message;
 mod settings;
 #[cfg(test)]
 mod tests;
+mod vehicle;
 mod worker;
 
 pub use conditioner::Conditioner;

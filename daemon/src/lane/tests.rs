@@ -12,7 +12,7 @@ use lodestone_schema::{CalibratedSample, LaneState, Pose, Status};
 use super::{Core, LaneSettings, Phase, Publish, Worker};
 use crate::clock::UnixOffset;
 use crate::driver::SourceState;
-use crate::reading::{HostTime, Reading};
+use crate::reading::{HostTime, Reading, RecordedAiding};
 use crate::status_board::LaneBoard;
 
 const MS: i64 = 1_000_000;
@@ -35,6 +35,7 @@ fn at_rest(time_ms: i64) -> Reading {
         mag: None,
         temperature_c: None,
         saturated: false,
+        aiding: RecordedAiding::NONE,
     }
 }
 

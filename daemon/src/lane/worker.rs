@@ -139,6 +139,9 @@ impl<P: Publish> Worker<P> {
         board.out_of_order.set(counts.out_of_order);
         board.invalid.set(counts.invalid);
         board.resets.set(counts.resets.into());
+        board.aiding_used.set(counts.aiding_used);
+        board.aiding_refused.set(counts.aiding_refused);
+        board.aiding_invalid.set(counts.aiding_invalid);
         board.poses.set(self.outlet.pose.sequence);
         board.publish_errors.set(self.outlet.publisher.errors());
     }

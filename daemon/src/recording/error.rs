@@ -42,8 +42,9 @@ pub enum RecordingError {
     },
     /// The header lacks columns.
     #[error(
-        "{}: line 1: no column {missing}; required: t gx gy gz ax ay az, and mx my mz together or \
-         not at all",
+        "{}: line 1: no column {missing}; required: t gx gy gz ax ay az; together or not at all: \
+         mx my mz, fix_x fix_y fix_z fix_sigma, fix_qw fix_qx fix_qy fix_qz fix_rot_sigma; and a \
+         speed or fix before what is said about it",
         path.display()
     )]
     MissingColumns {
@@ -135,6 +136,12 @@ pub enum RowFault {
     /// One or two of three magnetometer fields are empty.
     #[error("columns mx my mz: all three must hold a number, or none")]
     PartialMagnetometer,
+    /// Some fields of a fix are empty.
+    #[error(
+        "columns fix_x fix_y fix_z fix_sigma, and fix_qw fix_qx fix_qy fix_qz fix_rot_sigma: all of \
+         them must hold a number, or none"
+    )]
+    PartialFix,
     /// The line is longer than any row.
     #[error("longer than {MAX_LINE_BYTES} bytes")]
     LineTooLong,

@@ -9,6 +9,12 @@
 //! | `ax ay az` | m/s² | required; specific force, body axes |
 //! | `mx my mz` | µT | optional, all three or none; empty or `nan` where there is no new reading |
 //! | `temp` | °C | optional; empty or `nan` where there is no new reading |
+//! | `speed` | m/s | optional; forward speed of the vehicle, empty where there is no new one |
+//! | `speed_sigma` | m/s | optional; its standard deviation |
+//! | `speed_age` | s | optional; how much older than the row it is |
+//! | `fix_x fix_y fix_z` `fix_sigma` | m | optional, all or none; position in the world, its standard deviation per axis |
+//! | `fix_qw fix_qx fix_qy fix_qz` `fix_rot_sigma` | rad | optional, all or none; orientation with the position |
+//! | `fix_age` | s | optional; how much older than the row both are |
 //!
 //! Ground truth (`qw qx qy qz`, `px py pz`, `movement`) is not handed on: an estimator must not
 //! see it. Other columns are ignored and listed by [`Recording::unknown_columns`]. A magnetometer
@@ -97,6 +103,11 @@ impl Recording {
     /// Whether the recording has magnetometer columns.
     pub const fn has_magnetometer(&self) -> bool {
         self.columns.has_magnetometer()
+    }
+
+    /// Whether the recording has a speed column.
+    pub const fn has_speed(&self) -> bool {
+        self.columns.has_speed()
     }
 
     /// The file.

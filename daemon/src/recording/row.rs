@@ -5,7 +5,11 @@ use lodestone_fusion::{Accel, Body, Gyro, Mag, SensorTime};
 
 use super::decimal;
 use super::error::{Excerpt, RowFault};
-use super::header::{ACCEL, COUNT, Columns, GYRO, MAG, NAMES, TEMPERATURE, TIME, UNREAD};
+use super::header::{
+    ACCEL, COUNT, Columns, FIX, FIX_AGE, FIX_ROTATION, FIX_ROTATION_SIGMA, FIX_SIGMA, GYRO, MAG,
+    NAMES, SPEED, SPEED_AGE, SPEED_SIGMA, TEMPERATURE, TIME, UNREAD,
+};
+use crate::reading::{RecordedAiding, RecordedFix, RecordedSpeed};
 
 /// One row of a recording, in body axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +24,8 @@ pub struct Row {
     pub mag: Option<Mag<Body>>,
     /// Temperature, °C, where the row has one.
     pub temperature_c: Option<f32>,
+    /// What others measured, where the row has it; may be infinite.
+    pub aiding: RecordedAiding,
 }
 
 /// Reads one row; `line` is not empty and has no line end.
@@ -51,14 +57,51 @@ fn row(time: SensorTime, values: &[f64; COUNT]) -> Result<Row, RowFault> {
         3 => None,
         _ => return Err(RowFault::PartialMagnetometer),
     };
-    let temperature = values[TEMPERATURE];
     Ok(Row {
         time,
         gyro: Gyro::new(vector(GYRO)),
         accel: Accel::new(vector(ACCEL)),
         mag,
-        temperature_c: (!temperature.is_nan()).then_some(temperature as f32),
+        temperature_c: given(values, TEMPERATURE),
+        aiding: RecordedAiding { speed: speed(values), fix: fix(values)? },
     })
+}
+
+/// A value of little precision, where the row has it.
+fn given(values: &[f64; COUNT], at: usize) -> Option<f32> {
+    (!values[at].is_nan()).then_some(values[at] as f32)
+}
+
+fn speed(values: &[f64; COUNT]) -> Option<RecordedSpeed> {
+    (!values[SPEED].is_nan()).then(|| RecordedSpeed {
+        speed_m_s: values[SPEED],
+        sigma_m_s: given(values, SPEED_SIGMA),
+        age_s: given(values, SPEED_AGE).unwrap_or(0.0),
+    })
+}
+
+fn fix(values: &[f64; COUNT]) -> Result<Option<RecordedFix>, RowFault> {
+    let absent = |from: usize, to: usize| values[from..to].iter().filter(|x| x.is_nan()).count();
+    match absent(FIX, FIX_AGE) {
+        4 => return Ok(None),
+        0 => {}
+        _ => return Err(RowFault::PartialFix),
+    }
+    let part = |k: usize| values[k] as f32;
+    let orientation = match absent(FIX_ROTATION, COUNT) {
+        0 => {
+            let [w, x, y, z] = core::array::from_fn(|k| part(FIX_ROTATION + k));
+            Some(([x, y, z, w], part(FIX_ROTATION_SIGMA)))
+        }
+        5 => None,
+        _ => return Err(RowFault::PartialFix),
+    };
+    Ok(Some(RecordedFix {
+        position_m: [values[FIX], values[FIX + 1], values[FIX + 2]],
+        sigma_m: part(FIX_SIGMA),
+        age_s: given(values, FIX_AGE).unwrap_or(0.0),
+        orientation,
+    }))
 }
 
 #[cold]

@@ -9,6 +9,7 @@ use proptest::prelude::*;
 use tempfile::TempDir;
 
 use super::*;
+use crate::reading::{RecordedAiding, RecordedFix, RecordedSpeed};
 
 const HEADER: &str = "t,gx,gy,gz,ax,ay,az,mx,my,mz,temp";
 
@@ -236,6 +237,7 @@ fn any_row() -> impl Strategy<Value = Row> {
         accel: Accel::new(accel),
         mag: mag.map(Mag::new),
         temperature_c: temp,
+        aiding: RecordedAiding::NONE,
     })
 }
 
@@ -289,4 +291,57 @@ proptest! {
         }
         prop_assert_eq!(rows_of(&text), rows);
     }
+}
+
+const WITH_AIDS: &str = "t,gx,gy,gz,ax,ay,az,speed,speed_sigma,speed_age,fix_x,fix_y,fix_z,fix_sigma,\
+    fix_qw,fix_qx,fix_qy,fix_qz,fix_rot_sigma,fix_age";
+
+#[test]
+fn what_others_measured_is_read_where_it_is_given() {
+    let rows = rows_of(&format!(
+        "{WITH_AIDS}\n\
+         0,0,0,0,0,0,9.81,,,,,,,,,,,,,\n\
+         0.01,0,0,0,0,0,9.81,-1.5,,,,,,,,,,,,\n\
+         0.02,0,0,0,0,0,9.81,2.5,0.125,0.25,1,2,3,0.5,,,,,,0.5\n\
+         0.03,0,0,0,0,0,9.81,,,,1,2,3,0.5,1,0,0,0.25,0.0625,\n"
+    ));
+    assert_eq!(rows[0].aiding, RecordedAiding::NONE);
+    let speed = RecordedSpeed { speed_m_s: -1.5, sigma_m_s: None, age_s: 0.0 };
+    assert_eq!(rows[1].aiding, RecordedAiding { speed: Some(speed), fix: None });
+    let speed = RecordedSpeed { speed_m_s: 2.5, sigma_m_s: Some(0.125), age_s: 0.25 };
+    let fix =
+        RecordedFix { position_m: [1.0, 2.0, 3.0], sigma_m: 0.5, age_s: 0.5, orientation: None };
+    assert_eq!(rows[2].aiding, RecordedAiding { speed: Some(speed), fix: Some(fix) });
+    let turned = Some(([0.0, 0.0, 0.25, 1.0], 0.0625));
+    let fix = RecordedFix { orientation: turned, age_s: 0.0, ..fix };
+    assert_eq!(rows[3].aiding, RecordedAiding { speed: None, fix: Some(fix) });
+}
+
+#[test]
+fn half_a_fix_is_no_fix() {
+    for fields in ["1,2,,0.5,,,,,,", "1,2,3,,,,,,,", "1,2,3,0.5,1,0,0,,0.1,", ",,,,1,0,0,0,,"] {
+        let text = format!(
+            "{WITH_AIDS}\n0,0,0,0,0,0,9.81,,,,,,,,,,,,,\n0.01,0,0,0,0,0,9.81,,,,,,,,,,,,,\n\
+             0.02,0,0,0,0,0,9.81,,,,{fields}\n"
+        );
+        let rows = all(open_bytes(text.as_bytes()).unwrap());
+        let whole = rows[2].as_ref().is_ok_and(|row| row.aiding == RecordedAiding::NONE);
+        let refused = matches!(&rows[2], Err(error) if matches!(error.fault, RowFault::PartialFix));
+        assert!(refused || whole, "{fields}: {:?}", rows[2]);
+    }
+}
+
+#[test]
+fn a_column_about_a_speed_or_fix_needs_the_speed_or_fix() {
+    let missing = |columns: &str| {
+        let text = format!("t,gx,gy,gz,ax,ay,az,{columns}\n");
+        match open_bytes(text.as_bytes()) {
+            Err(RecordingError::MissingColumns { missing, .. }) => missing,
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(missing("speed_sigma"), "speed");
+    assert_eq!(missing("fix_x,fix_y"), "fix_z fix_sigma");
+    assert_eq!(missing("fix_x,fix_y,fix_z,fix_sigma,fix_qw"), "fix_qx fix_qy fix_qz fix_rot_sigma");
+    assert_eq!(missing("fix_age"), "fix_x fix_y fix_z fix_sigma");
 }

@@ -9,7 +9,7 @@ use lodestone_schema::DistanceSource;
 
 use super::{Membership, WorldFrame, relative_of};
 use crate::lane::{Core, LaneSettings, StepOutput};
-use crate::reading::{HostTime, Reading};
+use crate::reading::{HostTime, Reading, RecordedAiding};
 
 const RATE_HZ: f64 = 400.0;
 const FIELD_UT: DVec3 = DVec3::new(0.0, 22.0, -42.0);
@@ -63,6 +63,7 @@ impl<F: Fn(f64) -> f64> Turning<F> {
             accel: Accel::new(DVec3::Z * 9.81),
             mag: self.next.is_multiple_of(8).then(|| Mag::new(to_body * FIELD_UT)),
             temperature_c: None,
+            aiding: RecordedAiding::NONE,
             saturated: false,
         }
     }

@@ -8,6 +8,7 @@ mod relative;
 mod ride;
 mod scene;
 mod simulation;
+mod standing;
 mod starts;
 mod stories;
 mod streams;

@@ -4,7 +4,7 @@ use glam::DVec3;
 use lodestone_fusion::{Accel, Gyro, Mag};
 
 use super::*;
-use crate::reading::HostTime;
+use crate::reading::{HostTime, RecordedAiding};
 
 /// A source at 100 Hz that gives ten samples a poll; every value tells its sample's number.
 struct Scripted {
@@ -31,6 +31,7 @@ impl Scripted {
             mag: (i % 2 == 0).then_some(Mag::new(value)),
             temperature_c: Some(i as f32),
             saturated: false,
+            aiding: RecordedAiding::NONE,
         }
     }
 }

@@ -106,6 +106,11 @@ impl ReplayDriver {
         self.recording.has_magnetometer()
     }
 
+    /// Whether the recording has a speed column.
+    pub const fn has_speed(&self) -> bool {
+        self.recording.has_speed()
+    }
+
     /// Reads the row that comes next, good or bad; a bad one is counted.
     fn read(&mut self) {
         match self.recording.next_row() {
@@ -189,6 +194,7 @@ fn reading(row: &Row, arrival: HostTime, epoch: u32) -> Reading {
         mag: row.mag.map(|mag| Mag::new(mag.vector)),
         temperature_c: row.temperature_c,
         saturated: false,
+        aiding: row.aiding,
         epoch,
     }
 }

@@ -47,7 +47,7 @@ pub use settings::SettingError;
 pub use truth::{Truth, TruthSource};
 
 use super::{BATCH, Driver, DriverCounters, DriverInfo, Sink, SourceState};
-use crate::reading::Reading;
+use crate::reading::{Reading, RecordedAiding};
 use clock::SensorClock;
 use kinematics::{Earth, Mover};
 use machines::Machines;
@@ -198,6 +198,7 @@ impl SyntheticDriver {
             mag: measured.mag,
             temperature_c: Some(measured.temperature_c),
             saturated: measured.saturated,
+            aiding: RecordedAiding::NONE,
         });
     }
 

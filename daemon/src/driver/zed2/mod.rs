@@ -43,7 +43,7 @@ use self::reader::Outcome;
 use self::report::Report;
 use self::stamps::{Stamps, Step};
 use super::{Driver, DriverCounters, DriverInfo, Sink, SourceState};
-use crate::reading::{HostTime, Reading};
+use crate::reading::{HostTime, Reading, RecordedAiding};
 
 /// Samples per second the camera means to send (seen in the field: 358 to 412).
 pub const NOMINAL_RATE_HZ: f64 = 400.0;
@@ -251,6 +251,7 @@ fn reading(report: &Report, epoch: u32, arrival: HostTime) -> Reading {
         mag: report.mag.fresh(),
         temperature_c: report.imu_temperature_c,
         saturated: report.saturated,
+        aiding: RecordedAiding::NONE,
     }
 }
 
