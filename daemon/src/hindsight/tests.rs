@@ -62,11 +62,7 @@ fn the_way_before_the_alignment_is_found() {
     assert!(way.y.abs() + way.z.abs() < 0.02, "{way}");
     assert!(first.velocity.length() < 0.05, "{}", first.velocity);
     let middle = rows[50].1.unwrap();
-    assert!(
-        (middle.velocity.x - 4.0 * 0.5 / std::f64::consts::TAU).abs() < 0.02,
-        "{}",
-        middle.velocity
-    );
+    assert!((middle.velocity.x - 4.0 * truth).abs() < 0.05, "{}", middle.velocity);
     // The latest is where the estimator is, and the first the least certain.
     let (last, now) = (rows[rows.len() - 1].1.unwrap(), estimator.estimate().unwrap());
     assert!((last.position - now.position).length() < 1e-4);
