@@ -12,6 +12,7 @@ use lodestone_schema::{DEFAULT_PREFIX, DEFAULT_ROOT, ServiceKind, is_camera_name
 use rustix::fs::{Access, access};
 use rustix::io::Errno;
 
+use crate::aiding::AidingPublisher;
 use crate::error::{CameraNameError, ConnectError};
 use crate::pose_stream::{PoseStream, PoseStreamBuilder};
 use crate::stream::{HealthStream, SampleStream, Stream};
@@ -173,6 +174,14 @@ impl Client {
     /// [`CameraNameError`].
     pub fn samples(&self, camera: &str) -> Result<SampleStream, CameraNameError> {
         checked(camera).map(|camera| Stream::new(self.clone(), camera))
+    }
+
+    /// A way to tell a camera's lane what this process measures of its motion.
+    ///
+    /// # Errors
+    /// [`CameraNameError`].
+    pub fn aiding(&self, camera: &str) -> Result<AidingPublisher, CameraNameError> {
+        Ok(AidingPublisher::new(self.clone(), self.poses(camera)?))
     }
 
     /// The node of this process, made once there is a domain to make it in.

@@ -70,10 +70,7 @@ impl AidQueue {
 }
 
 fn speed_of(speed: &RecordedSpeed) -> Measurement {
-    Measurement::Speed {
-        speed_m_s: speed.speed_m_s,
-        sigma_m_s: speed.sigma_m_s.map(f64::from),
-    }
+    Measurement::Speed { speed_m_s: speed.speed_m_s, sigma_m_s: speed.sigma_m_s.map(f64::from) }
 }
 
 /// A fix without orientation is an antenna's, one with it the camera's own.

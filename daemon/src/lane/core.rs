@@ -1,8 +1,8 @@
 //! The part of a lane that depends on its readings alone: same readings in, same bits out.
 
 use lodestone_fusion::{
-    Accepted, Aid, AidRefusal, Estimate, Estimator, FieldReference, Grid, ImuSample, Parameters, Refusal,
-    SensorSpan, SensorTime, Waiting,
+    Accepted, Aid, AidRefusal, Estimate, Estimator, FieldReference, Grid, ImuSample, Parameters,
+    Refusal, SensorSpan, SensorTime, Waiting,
 };
 
 use super::aiding::AidQueue;

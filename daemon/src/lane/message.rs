@@ -2,10 +2,12 @@
 
 use glam::{DMat3, DVec3};
 use lodestone_config::model::ValidityBounds;
-use lodestone_fusion::{AidKind, Estimate, HeadingOrigin, ImuSample, PositionOrigin, SensorTime, Waiting};
+use lodestone_fusion::{
+    AidKind, Estimate, HeadingOrigin, ImuSample, PositionOrigin, SensorTime, Waiting,
+};
 use lodestone_schema::{
-    AidFlags, AlignmentWait, CalibratedSample, HeadingSource, Pose, PositionSource, SampleFlags, Status,
-    Validity,
+    AidFlags, AlignmentWait, CalibratedSample, HeadingSource, Pose, PositionSource, SampleFlags,
+    Status, Validity,
 };
 
 use super::{Phase, StepOutput};

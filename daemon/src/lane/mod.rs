@@ -11,11 +11,12 @@
 mod aiding;
 mod conditioner;
 mod core;
+mod heard;
 mod message;
 mod settings;
-mod vehicle;
 #[cfg(test)]
 mod tests;
+mod vehicle;
 mod worker;
 
 pub use conditioner::Conditioner;

@@ -309,12 +309,8 @@ fn what_others_measured_is_read_where_it_is_given() {
     let speed = RecordedSpeed { speed_m_s: -1.5, sigma_m_s: None, age_s: 0.0 };
     assert_eq!(rows[1].aiding, RecordedAiding { speed: Some(speed), fix: None });
     let speed = RecordedSpeed { speed_m_s: 2.5, sigma_m_s: Some(0.125), age_s: 0.25 };
-    let fix = RecordedFix {
-        position_m: [1.0, 2.0, 3.0],
-        sigma_m: 0.5,
-        age_s: 0.5,
-        orientation: None,
-    };
+    let fix =
+        RecordedFix { position_m: [1.0, 2.0, 3.0], sigma_m: 0.5, age_s: 0.5, orientation: None };
     assert_eq!(rows[2].aiding, RecordedAiding { speed: Some(speed), fix: Some(fix) });
     let turned = Some(([0.0, 0.0, 0.25, 1.0], 0.0625));
     let fix = RecordedFix { orientation: turned, age_s: 0.0, ..fix };
