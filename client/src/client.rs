@@ -8,14 +8,16 @@ use std::sync::{Arc, Mutex, PoisonError};
 use iceoryx2::node::Node;
 use iceoryx2::prelude::ipc;
 use lodestone_schema::transport::{Availability, Domain, DomainError, cameras};
-use lodestone_schema::{DEFAULT_PREFIX, DEFAULT_ROOT, ServiceKind, is_camera_name};
+use lodestone_schema::{DEFAULT_PREFIX, DEFAULT_ROOT, ServiceKind, WORLD_NAME, is_camera_name};
 use rustix::fs::{Access, access};
 use rustix::io::Errno;
 
 use crate::aiding::AidingPublisher;
 use crate::error::{CameraNameError, ConnectError};
 use crate::pose_stream::{PoseStream, PoseStreamBuilder};
-use crate::stream::{HealthStream, SampleStream, Stream};
+use crate::relative::RelativeStream;
+use crate::stream::{HealthStream, SampleStream, Stream, WorldStream};
+use crate::transforms::TransformStream;
 
 /// Environment variable that names the domain's prefix.
 pub const PREFIX_VARIABLE: &str = "LODESTONE_SHM_PREFIX";
@@ -182,6 +184,29 @@ impl Client {
     /// [`CameraNameError`].
     pub fn aiding(&self, camera: &str) -> Result<AidingPublisher, CameraNameError> {
         Ok(AidingPublisher::new(self.clone(), self.poses(camera)?))
+    }
+
+    /// The world that all cameras share, about once a second and when it changes.
+    pub fn world(&self) -> WorldStream {
+        Stream::new(self.clone(), WORLD_NAME.into())
+    }
+
+    /// The relative pose of two cameras: b in the body axes of a, some ten times a second.
+    ///
+    /// # Errors
+    /// [`CameraNameError`].
+    pub fn relative(&self, a: &str, b: &str) -> Result<RelativeStream, CameraNameError> {
+        Ok(RelativeStream::new(self.clone(), Some((checked(a)?, checked(b)?))))
+    }
+
+    /// The relative poses of all pairs of cameras.
+    pub fn relatives(&self) -> RelativeStream {
+        RelativeStream::new(self.clone(), None)
+    }
+
+    /// The tree of frames.
+    pub fn transforms(&self) -> TransformStream {
+        TransformStream::new(self.clone())
     }
 
     /// The node of this process, made once there is a domain to make it in.

@@ -37,6 +37,12 @@ pub enum MessageError {
         /// The norm found.
         norm: f64,
     },
+    /// A name that is not text.
+    #[error("field {field} holds no name; allowed: UTF-8 filled up with zero bytes")]
+    BadName {
+        /// The field.
+        field: &'static str,
+    },
     /// A variance is below zero.
     #[error("field {field} has the variance {value}; allowed: 0 or more")]
     NegativeVariance {

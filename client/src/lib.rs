@@ -58,12 +58,16 @@ mod pace;
 mod pose;
 mod pose_stream;
 mod predict;
+mod relative;
+mod request;
 mod sample;
 mod stream;
 mod subscription;
 mod time;
 mod track;
 mod transform;
+mod transforms;
+mod world;
 
 pub use aiding::AidingPublisher;
 pub use batch::Batch;
@@ -78,13 +82,18 @@ pub use limits::{LookupLimits, PredictionNoise};
 pub use lodestone_schema::transport::{Availability, Domain, DomainError, OpenError};
 pub use lodestone_schema::{
     AidFlags, Aiding, AidingKind, AidingOrigin, AlignmentWait, CalibratedSample, DistanceSource,
-    HeadingSource, Health, LaneState, Pose, PositionSource, SampleFlags, Status, Validity,
+    HeadingSource, Health, LaneState, NorthKind, Pose, PositionSource, SampleFlags, Status,
+    Validity, WorldState,
 };
 pub use message::Message;
 pub use pose::{CameraPose, Heading, Origin};
 pub use pose_stream::{PoseStream, PoseStreamBuilder};
+pub use relative::{RelativeMessage, RelativePose, RelativeStream};
+pub use request::RequestError;
 pub use sample::Sample;
-pub use stream::{HealthStream, SampleStream, Stream};
+pub use stream::{HealthStream, SampleStream, Stream, WorldStream};
 pub use time::{Time, monotonic_now_ns};
 pub use track::Counts;
 pub use transform::{LengthMismatch, Transform, body_from_optical_axes};
+pub use transforms::{FrameEdge, TransformStream};
+pub use world::{WorldInfo, WorldMessage};

@@ -13,6 +13,7 @@ use crate::sample::Sample;
 use crate::subscription::Subscription;
 use crate::time::age_of;
 use crate::track::Counts;
+use crate::world::WorldInfo;
 
 /// The health of one lane.
 ///
@@ -38,6 +39,9 @@ pub type HealthStream = Stream<LaneHealth>;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub type SampleStream = Stream<Sample>;
+
+/// The world that all cameras share; see [`WorldInfo`].
+pub type WorldStream = Stream<WorldInfo>;
 
 /// Messages of one kind of one camera; connects by itself, also after a restart of the daemon.
 ///

@@ -4,6 +4,8 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
+use crate::model::North;
+
 /// One thing that is wrong in a file.
 ///
 /// Printed as `FILE:LINE: key: what is wrong; allowed: what is allowed`.
@@ -123,6 +125,21 @@ pub enum LoadError {
     /// The file's contents are wrong.
     #[error(transparent)]
     Invalid(#[from] ConfigErrors),
+    /// The kept world points to another north.
+    #[error(
+        "{}: keeps a world of {} north, and world.north is \"{}\"; allowed: the same north, or remove the file to begin a new world",
+        path.display(),
+        found.word(),
+        expected.word()
+    )]
+    OtherNorth {
+        /// The path as it was given.
+        path: PathBuf,
+        /// North of the kept world.
+        found: North,
+        /// North of the configuration.
+        expected: North,
+    },
     /// The calibration belongs to another camera.
     #[error(
         "{}: is the calibration of camera {found}, not of camera {expected}; allowed: a file with serial = {expected}",

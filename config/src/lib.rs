@@ -14,6 +14,7 @@ mod calibration;
 mod check;
 mod error;
 mod explain;
+mod kept_world;
 mod keys;
 mod load;
 pub mod model;
@@ -26,6 +27,7 @@ pub use calibration::{
 };
 pub use error::{ConfigError, ConfigErrors, LoadError};
 pub use explain::{KeyInfo, calibration_keys, explain, explain_calibration, keys};
+pub use kept_world::{KEPT_WORLD_FORMAT, KeptCamera, KeptSource, KeptWorld};
 pub use load::{Loaded, MAX_FILE_BYTES};
 pub use model::Config;
 pub use shipped::{EMBEDDED, STATIC_SCENARIOS};

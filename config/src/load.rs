@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::calibration::Calibration;
 use crate::error::LoadError;
+use crate::kept_world::KeptWorld;
 use crate::model::{Camera, Config};
 
 /// Largest file that is read, bytes. A configuration of many cameras has some ten thousand.
@@ -63,6 +64,21 @@ impl Loaded {
             }
         }
         if errors.is_empty() { Ok(calibrations) } else { Err(errors) }
+    }
+
+    /// The path of the file that keeps the world; `None` if none is configured.
+    pub fn kept_world_path(&self) -> Option<PathBuf> {
+        self.config.world.keep.as_ref().map(|file| self.resolve(file))
+    }
+
+    /// Loads the kept world; `None` if none is configured or none was kept yet.
+    ///
+    /// # Errors
+    ///
+    /// As [`KeptWorld::load`].
+    pub fn kept_world(&self) -> Result<Option<KeptWorld>, LoadError> {
+        let path = self.kept_world_path();
+        path.map_or(Ok(None), |path| KeptWorld::load(path, self.config.world.north))
     }
 
     /// The path of a camera's recording; `None` if it replays none.

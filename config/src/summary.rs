@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::model::{Camera, Config, DriverKind, Lane, North, Replay, Synthetic, Threads, World};
+use crate::model::{Camera, Config, DriverKind, Lane, Replay, Rig, Synthetic, Threads, World};
 
 impl Config {
     /// What this configuration will run: the world, the lane, and one line for each camera.
@@ -14,6 +14,9 @@ impl Config {
         for camera in &self.camera {
             let _ = writeln!(out, "  {:width$}  {}", camera.name, describe(camera));
         }
+        for rig in self.rigs() {
+            let _ = writeln!(out, "  {}  {}", self.body[rig.body].name, self.describe_rig(&rig));
+        }
         let _ = writeln!(out, "world   {}", describe_world(&self.world));
         let _ = writeln!(out, "lane    {}", describe_lane(&self.lane));
         let shm = &self.shared_memory;
@@ -23,6 +26,17 @@ impl Config {
             shm.prefix, shm.root, shm.pose_history, shm.max_subscribers
         );
         out
+    }
+
+    fn describe_rig(&self, rig: &Rig) -> String {
+        let names: Vec<&str> =
+            rig.members.iter().map(|&index| self.camera[index].name.as_str()).collect();
+        let gradient = match (self.body[rig.body].gradient, names.len()) {
+            (false, _) => "switched off",
+            (true, 0..3) => "none: it needs three cameras",
+            (true, _) => "where the field is bent by steel",
+        };
+        format!("rig of {}; velocity by the magnetic gradient: {gradient}", names.join(", "))
     }
 }
 
@@ -35,6 +49,13 @@ fn describe(camera: &Camera) -> String {
         Some(file) => parts.push(format!("calibration {file}")),
         None if camera.driver == DriverKind::Zed2 => parts.push("not calibrated".into()),
         None => {}
+    }
+    if let Some(start) = camera.start {
+        let [x, y, z] = start.position_m;
+        parts.push(format!("starts at {x} {y} {z} ± {} m", start.sigma_m));
+    }
+    if let Some(cut_off_hz) = camera.low_pass_hz {
+        parts.push(format!("low-pass {cut_off_hz} Hz"));
     }
     match camera.fault.len() {
         0 => {}
@@ -90,13 +111,16 @@ fn describe_speed(speed: f64) -> String {
 }
 
 fn describe_world(world: &World) -> String {
-    let north = match world.north {
-        North::Magnetic => "magnetic",
-        North::True => "true",
+    let kept = match &world.keep {
+        Some(file) => format!("kept in {file}"),
+        None => "not kept".into(),
     };
     format!(
-        "y to {north} north, at {}°, {}°, {} m",
-        world.latitude_deg, world.longitude_deg, world.altitude_m
+        "y to {} north, at {}°, {}°, {} m, {kept}",
+        world.north.word(),
+        world.latitude_deg,
+        world.longitude_deg,
+        world.altitude_m
     )
 }
 

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use lodestone_config::model::{
     AxisMap, Camera, CameraModel, Config, Disturbance, DriverKind, Estimator, Fault, FaultKind,
     HeadingMode, Instrument, Lane, MagneticDistortion, Motor, Mounting, North, Replay, RigidBody,
-    SensorErrors, SharedMemory, Synthetic, Threads, TrajectoryKind, Transport, ValidityBounds,
-    World,
+    SensorErrors, SharedMemory, Start, Steel, Synthetic, Threads, TrajectoryKind, Transport,
+    ValidityBounds, World,
 };
 use lodestone_config::{KeyInfo, explain, keys};
 use serde::de::DeserializeOwned;
@@ -21,6 +21,10 @@ fn full_camera() -> Camera {
         model: CameraModel::Zed2i,
         body: Some("car".into()),
         mounting: Mounting::default(),
+        start: Some(Start { position_m: [1.0, 2.0, 0.0], sigma_m: 0.1 }),
+        magnetometer_position_m: [0.0; 3],
+        lens_position_m: Some([0.0; 3]),
+        low_pass_hz: Some(80.0),
         axis_map: Some(AxisMap::default()),
         noise: Some(CameraModel::Zed2i.noise()),
         imu_delay_s: 0.004,
@@ -59,11 +63,21 @@ fn full_synthetic() -> Synthetic {
 
 fn full_config() -> Config {
     Config {
-        world: World { year: Some(2026.0), ..World::default() },
+        world: World {
+            year: Some(2026.0),
+            keep: Some("world.toml".into()),
+            steel: vec![Steel { position_m: [1.0; 3], moment_a_m2: [1.0; 3] }],
+            ..World::default()
+        },
         shared_memory: SharedMemory::default(),
         lane: Lane { step_rate_hz: Some(400.0), ..Lane::default() },
         estimator: Estimator { validity: ValidityBounds::default(), ..Estimator::default() },
-        body: vec![RigidBody { name: "car".into(), vehicle: true, antenna_m: Some([0.0; 3]) }],
+        body: vec![RigidBody {
+            name: "car".into(),
+            vehicle: true,
+            antenna_m: Some([0.0; 3]),
+            gradient: true,
+        }],
         camera: vec![full_camera()],
     }
 }
@@ -226,10 +240,13 @@ fn defaults_are_shown_where_a_file_could_say_them() {
         "body.antenna_m",
         "camera.body",
         "camera.calibration",
+        "camera.lens_position_m",
+        "camera.low_pass_hz",
         "camera.serial",
         "camera.synthetic.errors.accel_bias_m_s2",
         "camera.synthetic.errors.gyro_bias_rad_s",
         "lane.step_rate_hz",
+        "world.keep",
         "world.year",
     ];
     assert_eq!(without, expected.map(String::from).into());

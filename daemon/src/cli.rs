@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// Tells every process on a vehicle where each of its cameras is and which way it looks.
 ///
@@ -111,9 +111,38 @@ pub struct ReplayArgs {
     #[arg(long, value_name = "N", value_parser = serial())]
     pub serial: Option<u64>,
 
+    /// What carried the sensor; goes before `estimator.preset` of the configuration
+    #[arg(long, value_enum, value_name = "PRESET")]
+    pub preset: Option<PresetArg>,
+
+    /// Axes of the world that poses are written in [default: enu, with the preset foot auto]
+    #[arg(long, value_enum, value_name = "FRAME")]
+    pub frame: Option<WorldAxes>,
+
     /// 1 is real speed, 2 twice as fast, 0 as fast as it goes
     #[arg(long, value_name = "X", default_value = "0", value_parser = speed)]
     pub speed: f64,
+}
+
+/// What carried a sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PresetArg {
+    /// A vehicle or a hand
+    Carried,
+    /// A foot: position by zero velocity in each stance
+    Foot,
+}
+
+/// Axes of the world that poses are written in; body axes are always the recording's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum WorldAxes {
+    /// x east, y north, z up
+    Enu,
+    /// x north, y east, z down
+    Ned,
+    /// z points to where the recording's body z axis points in the alignment: up as enu, down, as in
+    /// aerospace axes, as ned
+    Auto,
 }
 
 /// Options of `calibrate`.
@@ -220,6 +249,8 @@ mod tests {
             "lodestoned replay a.csv --out d --speed inf",
             "lodestoned replay --out d",
             "lodestoned replay a.csv",
+            "lodestoned replay a.csv --out d --preset hand",
+            "lodestoned replay a.csv --out d --frame flu",
             "lodestoned evaluate",
             "lodestoned evaluate static --rest 0.5",
             "lodestoned evaluate static --rest 1e6",

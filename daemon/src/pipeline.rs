@@ -9,7 +9,7 @@ use lodestone_config::model::Threads;
 
 use crate::commands::supervision::{LaneContext, LaneFailure, LaneThread, Ready, StartedLane};
 use crate::driver::{Driver, SourceState};
-use crate::lane::{LaneSettings, Publish, Worker};
+use crate::lane::{Core, LaneSettings, Publish, Worker};
 use crate::publisher::{AidingInbox, LanePublisher};
 use crate::reading::HostTime;
 use crate::ring::{Consumer, Producer, ring};
@@ -51,7 +51,10 @@ fn run(context: &LaneContext, source: Source, ready: Ready) -> Result<(), LaneFa
     let inbox = AidingInbox::open(&context.domain, &config.shared_memory, &camera.name)
         .map_err(LaneFailure::of)?;
     let board = Arc::clone(&context.board);
-    let worker = Worker::new(settings, publisher, board, context.unix_offset.clone(), host_rate);
+    let membership = context.membership(&settings);
+    let core = Core::in_world(&settings, membership);
+    let unix_offset = context.unix_offset.clone();
+    let worker = Worker::new(core, settings, publisher, board, unix_offset, host_rate);
     let (producer, consumer) = ring(config.lane.ring_capacity);
     ready.tell();
     match config.lane.threads {

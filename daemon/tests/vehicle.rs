@@ -167,7 +167,9 @@ fn with_its_speed_a_car_is_off_by_less_than_a_hundredth_of_its_way() {
     // After a minute most of it is the accelerometer: off by 0.05 m/s² it tilts the car by 0.3° and turns its
     // compass by twice that, which is a hundredth of the way. Only turns tell them apart.
     for (seconds, what, most) in [(64.0, "a minute", 0.01), (540.0, "ten minutes", 0.01)] {
-        rides.iter_mut().for_each(|ride| ride.drive(seconds));
+        for ride in &mut rides {
+            ride.drive(seconds);
+        }
         let (off, nees) = score(what, &rides);
         assert!(off < most, "{what}: {off}");
         assert!(nees.iter().all(|n| *n < 1.57), "{what}: {nees:?}");
@@ -185,7 +187,9 @@ fn with_its_speed_a_car_is_off_by_less_than_a_hundredth_of_its_way() {
 fn unaided_a_car_knows_how_lost_it_is() {
     let mut rides: Vec<Ride> = (0..SEEDS).map(|seed| Ride::new(seed, false)).collect();
     for (seconds, what) in [(14.0, "14 s"), (10.0, "24 s"), (20.0, "44 s"), (20.0, "64 s")] {
-        rides.iter_mut().for_each(|ride| ride.drive(seconds));
+        for ride in &mut rides {
+            ride.drive(seconds);
+        }
         let (_, nees) = score(what, &rides);
         assert!(nees.iter().all(|n| (0.02..1.57).contains(n)), "{what}: {nees:?}");
     }

@@ -15,7 +15,7 @@ use crate::name::NAME_BYTES;
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[type_name("lodestone.v2.Relative")]
 pub struct Relative {
-    /// Counts the messages of this pair from 0.
+    /// Counts the messages of all pairs from 0.
     pub sequence: u64,
     /// The instant, `CLOCK_MONOTONIC`, ns.
     pub time_ns: i64,
@@ -31,7 +31,8 @@ pub struct Relative {
     pub world_epoch: u32,
     /// Pairs that are published, to know when all were seen.
     pub pair_count: u32,
-    /// Bits of [`crate::Validity`]: `TILT`, `HEADING` (of the rotation) and `POSITION` count here.
+    /// Bits of [`crate::Validity`]: `TILT` and `HEADING`, both or none, for the rotation; `POSITION` for
+    /// the distance.
     pub validity: u32,
     /// Code of [`crate::DistanceSource`].
     pub distance_source: u8,

@@ -25,6 +25,10 @@ code! {
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[type_name("lodestone.v2.StaticTransform")]
 pub struct StaticTransform {
+    /// Counts the messages of this service from 0.
+    pub sequence: u64,
+    /// When this message was made, `CLOCK_MONOTONIC`, ns.
+    pub time_ns: i64,
     /// Index of this edge in the tree, a parent's before its children's.
     pub index: u32,
     /// Edges of the tree, to know when all were seen.
@@ -45,13 +49,15 @@ pub struct StaticTransform {
 
 assert_layout!(
     StaticTransform,
-    size = 200,
-    index = 0,
-    count = 4,
-    kind = 8,
-    reserved = 9,
-    parent = 16,
-    child = 80,
-    translation_m = 144,
-    rotation = 168,
+    size = 216,
+    sequence = 0,
+    time_ns = 8,
+    index = 16,
+    count = 20,
+    kind = 24,
+    reserved = 25,
+    parent = 32,
+    child = 96,
+    translation_m = 160,
+    rotation = 184,
 );

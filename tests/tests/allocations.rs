@@ -15,7 +15,7 @@ use lodestone_daemon::driver::faulty::FaultyDriver;
 use lodestone_daemon::driver::replay::ReplayDriver;
 use lodestone_daemon::driver::synthetic::SyntheticDriver;
 use lodestone_daemon::driver::{Driver, SourceState};
-use lodestone_daemon::lane::{LaneSettings, Publish, Worker};
+use lodestone_daemon::lane::{Core, LaneSettings, Publish, Worker};
 use lodestone_daemon::publisher::LanePublisher;
 use lodestone_daemon::reading::HostTime;
 use lodestone_daemon::ring::{Consumer, Producer, ring};
@@ -63,7 +63,8 @@ impl<P: Publish> Lane<P> {
             .expect("magnetic north needs no model");
         let board = Arc::new(LaneBoard::new());
         let offset = UnixOffset::sampled();
-        let worker = Worker::new(settings, publisher, Arc::clone(&board), offset, 1.0);
+        let core = Core::new(&settings);
+        let worker = Worker::new(core, settings, publisher, Arc::clone(&board), offset, 1.0);
         let (producer, consumer) = ring(config.lane.ring_capacity);
         Self { driver: Box::new(driver), producer, consumer, worker, board }
     }

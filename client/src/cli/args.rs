@@ -56,6 +56,32 @@ pub(super) enum Command {
     Echo(EchoArgs),
     /// Where a camera was at a time: interpolated, or predicted for at most 50 ms.
     Lookup(LookupArgs),
+    /// The world that all cameras share, or a new one.
+    World(WorldArgs),
+    /// Each camera as the others have it: relative orientation and distance, once.
+    Relative(RelativeArgs),
+    /// The tree of frames: world, bodies, cameras, lenses, magnetometers.
+    Transforms,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct WorldArgs {
+    #[command(subcommand)]
+    pub(super) action: Option<WorldAction>,
+}
+
+#[derive(Clone, Copy, Debug, Subcommand)]
+pub(super) enum WorldAction {
+    /// Have the daemon define the world anew: the first camera is at its origin again, those with a
+    /// start stand there again.
+    Reset,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct RelativeArgs {
+    /// Camera a, in whose axes all is given, and camera b; every pair if left out.
+    #[arg(num_args = 2, value_names = ["A", "B"])]
+    pub(super) cameras: Vec<String>,
 }
 
 #[derive(Debug, clap::Args)]

@@ -7,13 +7,16 @@ mod failure;
 mod json;
 mod lookup;
 mod output;
+mod relative;
 mod report;
 mod seconds;
 mod session;
 mod status;
 mod stop;
 mod table;
+mod transforms;
 mod watch;
+mod world;
 
 use std::process::ExitCode;
 
@@ -47,6 +50,9 @@ fn command(args: &Args) -> Result<(), Failure> {
         Command::Watch(chosen) => watch::run(&session, chosen),
         Command::Echo(chosen) => echo::run(&session, chosen),
         Command::Lookup(chosen) => lookup::run(&session, chosen),
+        Command::World(chosen) => world::run(&session, chosen),
+        Command::Relative(chosen) => relative::run(&session, chosen),
+        Command::Transforms => transforms::run(&session),
     }
 }
 

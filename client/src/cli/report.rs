@@ -6,6 +6,7 @@ use lodestone_client::{
 use serde::Serialize;
 
 use super::describe::{bits, code, problems};
+use super::relative::RelativeLine;
 
 /// Follows one camera.
 pub(super) struct Monitor {
@@ -54,6 +55,8 @@ pub(super) struct Report {
     pub(super) aiding_used: Option<u64>,
     pub(super) aiding_refused: Option<u64>,
     pub(super) aiding_invalid: Option<u64>,
+    /// Other cameras as this one has them, those after it in the configuration.
+    pub(super) relative: Vec<RelativeLine>,
     pub(super) daemon_pid: Option<u32>,
     /// Poses that this process lost, and restarts of the daemon that it saw.
     pub(super) poses_lost_here: u64,
@@ -139,6 +142,7 @@ impl Monitor {
             aiding_used: counter(|h| h.message().aiding_used),
             aiding_refused: counter(|h| h.message().aiding_refused),
             aiding_invalid: counter(|h| h.message().aiding_invalid),
+            relative: Vec::new(),
             daemon_pid: health.map(|h| h.message().daemon_pid),
             poses_lost_here: counts.lost,
             restarts_seen: counts.restarts,

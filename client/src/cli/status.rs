@@ -2,12 +2,16 @@
 
 use std::time::{Duration, Instant};
 
+use lodestone_client::{RelativePose, WorldInfo};
+
 use super::args::StatusArgs;
 use super::failure::Failure;
 use super::json::{heading, numbers};
 use super::output::Output;
+use super::relative::RelativeLine;
 use super::report::{Monitor, Report};
 use super::session::Session;
+use super::world::{headline, patiently};
 
 /// Health comes once a second, and a late consumer gets it with the next one at the latest.
 const PATIENCE: Duration = Duration::from_millis(1500);
@@ -26,7 +30,12 @@ pub(super) fn run(session: &Session, args: &StatusArgs) -> Result<(), Failure> {
         return Err(dead(session, &cameras));
     }
     let mut output = Output::new();
-    for report in monitors.iter_mut().map(Monitor::report) {
+    let shared = Shared::listen(session, cameras.len() > 1);
+    if let (Some(world), false) = (&shared.world, session.json) {
+        output.line(&headline(world))?;
+    }
+    for mut report in monitors.iter_mut().map(Monitor::report) {
+        report.relative = shared.pairs_of(&report.camera);
         if session.json {
             output.json(&report)?;
         } else {
@@ -34,6 +43,32 @@ pub(super) fn run(session: &Session, args: &StatusArgs) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// What belongs to no single camera.
+struct Shared {
+    world: Option<WorldInfo>,
+    pairs: Vec<RelativePose>,
+}
+
+impl Shared {
+    /// What comes within a short time; a daemon with one camera has no pairs.
+    fn listen(session: &Session, has_pairs: bool) -> Self {
+        let (mut world, mut pairs) = (session.client.world(), session.client.relatives());
+        let both = || {
+            let world = world.latest()?;
+            let pairs = if has_pairs { pairs.all()?.to_vec() } else { Vec::new() };
+            Ok((world, pairs))
+        };
+        let (world, pairs) = patiently(session, both).ok().unzip();
+        Self { world, pairs: pairs.unwrap_or_default() }
+    }
+
+    /// The pairs in which the camera is the first.
+    fn pairs_of(&self, camera: &str) -> Vec<RelativeLine> {
+        let first = self.pairs.iter().filter(|pair| pair.camera_a() == camera);
+        first.map(RelativeLine::new).collect()
+    }
 }
 
 fn listen(session: &Session, monitors: &mut [Monitor]) {
@@ -84,6 +119,7 @@ fn text(r: &Report) -> String {
             count(r.steps_bridged),
         ),
     ];
+    lines.extend(r.relative.iter().map(|pair| format!("  pair      {}", pair.to_text())));
     lines.extend(r.problems.iter().map(|problem| format!("  !         {problem}")));
     lines.join("\n")
 }

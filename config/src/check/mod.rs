@@ -10,7 +10,8 @@ use toml::de::DeTable;
 
 use crate::calibration::{self, Calibration};
 use crate::error::ConfigErrors;
-use crate::keys::{CALIBRATION, CONFIG, Schema};
+use crate::kept_world::{self, KeptWorld};
+use crate::keys::{CALIBRATION, CONFIG, KEPT_WORLD, Schema};
 use crate::model::Config;
 pub(crate) use report::Report;
 
@@ -47,6 +48,17 @@ impl Calibration {
     /// Everything that is wrong, each with line, key and what is allowed.
     pub fn from_toml(source_name: &str, text: &str) -> Result<Self, ConfigErrors> {
         read(&CALIBRATION, source_name, text, calibration::check)
+    }
+}
+
+impl KeptWorld {
+    /// Reads a kept world from text, and checks every key.
+    ///
+    /// # Errors
+    ///
+    /// Everything that is wrong, each with line, key and what is allowed.
+    pub fn from_toml(source_name: &str, text: &str) -> Result<Self, ConfigErrors> {
+        read(&KEPT_WORLD, source_name, text, kept_world::check)
     }
 }
 

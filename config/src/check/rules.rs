@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::report::Report;
-use crate::model::{Camera, Config, DriverKind, Lane, RigidBody, SharedMemory};
+use crate::model::{Camera, Config, DriverKind, Lane, Rig, RigidBody, SharedMemory};
 
 /// Most poses in the pool of one camera's service: about 120 MB of shared memory.
 const MAX_POOL: usize = 262_144;
@@ -22,6 +22,7 @@ pub(crate) fn check(config: &Config, report: &mut Report) {
         serial_where_needed(camera, &place, report);
         section_of_driver(camera, &place, report);
         events_before_end(camera, &place, report);
+        low_pass_below_half_rate(camera, &place, report);
     }
 }
 
@@ -64,6 +65,45 @@ fn bodies(config: &Config, report: &mut Report) {
     }
     for (index, camera) in config.camera.iter().enumerate() {
         body_exists(camera, config, &format!("camera[{index}].body"), report);
+    }
+    for rig in config.rigs() {
+        few_enough(&rig, report);
+        one_motion(config, &rig, report);
+    }
+}
+
+/// Most cameras of one body.
+const MAX_MEMBERS: usize = 8;
+
+fn few_enough(rig: &Rig, report: &mut Report) {
+    let Some(index) = rig.members.get(MAX_MEMBERS) else { return };
+    let (place, first) =
+        (format!("camera[{index}].body"), format!("camera[{}].body", rig.members[0]));
+    let problem = format!("is named by {} cameras", rig.members.len());
+    report.conflict(&place, &[&first], problem, "at most 8 cameras on one body");
+}
+
+/// What rides on one body moves as one.
+fn one_motion(config: &Config, rig: &Rig, report: &mut Report) {
+    let motion = |index: usize| {
+        let camera = &config.camera[index];
+        let synthetic = camera.synthetic.clone().unwrap_or_default();
+        let s = synthetic;
+        (camera.driver == DriverKind::Synthetic).then_some((s.trajectory, s.rest_s, s.tilt_deg))
+    };
+    let first = rig.members[0];
+    for &index in &rig.members[1..] {
+        let (Some(own), Some(leader)) = (motion(index), motion(first)) else { continue };
+        if own != leader {
+            let place = format!("camera[{index}].synthetic");
+            let other = format!("camera[{first}].synthetic");
+            let problem = format!(
+                "moves unlike the camera in line {} on the same body",
+                report.line(&format!("camera[{first}].name"))
+            );
+            let allowed = "the same trajectory, rest_s and tilt_deg";
+            report.conflict(&place, &[&other], problem, allowed);
+        }
     }
 }
 
@@ -149,6 +189,18 @@ fn serial_where_needed(camera: &Camera, place: &str, report: &mut Report) {
         let driver = format!("{place}.driver");
         let allowed = "the number printed on the camera, a whole number from 1";
         report.conflict(&format!("{place}.serial"), &[&driver], problem, allowed);
+    }
+}
+
+/// A recording tells its rate itself; it is looked at when the lane is made.
+fn low_pass_below_half_rate(camera: &Camera, place: &str, report: &mut Report) {
+    let rate_hz = camera.model.nominal_rate_hz();
+    let Some(cut_off_hz) = camera.low_pass_hz else { return };
+    if camera.driver != DriverKind::Replay && cut_off_hz >= 0.45 * rate_hz {
+        let problem =
+            format!("{cut_off_hz} Hz cannot be told from lower frequencies at {rate_hz} samples/s");
+        let allowed = format!("below {} Hz", 0.45 * rate_hz);
+        report.conflict(&format!("{place}.low_pass_hz"), &[], problem, &allowed);
     }
 }
 

@@ -23,4 +23,12 @@ pub(super) const BODY: &[Key] = &[
         "Where the antenna of a satellite receiver is on the body: position fixes in a recording, if they \
          come without an orientation, are its place. Without this key they are the camera's.",
     ),
+    key(
+        "gradient",
+        Switch,
+        "",
+        "Whether the magnetic field's gradient between its cameras tells the velocity where steel makes \
+         it strong enough. It needs three cameras or more, not in a line, calibrated, with their \
+         magnetometers' places surveyed to centimetres.",
+    ),
 ];

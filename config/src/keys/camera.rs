@@ -38,6 +38,29 @@ pub(super) const CAMERA: &[Key] = &[
          moves for itself.",
     ),
     key(
+        "magnetometer_position_m",
+        Vector(plus_minus(1.0)),
+        "m",
+        "Position of the magnetometer, from the IMU in the camera's body axes (forward, left, up). \
+         The world's origin is at that of the first camera, and on a rig it counts for the field's \
+         gradient.",
+    ),
+    key(
+        "lens_position_m",
+        Vector(plus_minus(1.0)),
+        "m",
+        "Position of the left lens, from the IMU in the camera's body axes. Without it the \
+         translation from body to optical frame is published as not known.",
+    ),
+    key(
+        "low_pass_hz",
+        Number(from_to(5.0, 500.0)),
+        "Hz",
+        "Cut-off of a low-pass of second order (Butterworth) on gyroscope and accelerometer, below \
+         half the sample rate; none if absent. Small: less vibration, and poses are carried ahead \
+         over a longer delay, 0.225 / low_pass_hz seconds. Large: hardly any effect.",
+    ),
+    key(
         "axis_map",
         Axes,
         "",
@@ -72,6 +95,29 @@ pub(super) const MOUNTING: &[Key] = &[
         "Roll about x, pitch about y, yaw about z of the body in the vehicle, applied ZYX. \
          Positive pitch is nose down, positive yaw is to the left.",
     ),
+    key(
+        "position_sigma_m",
+        Number(from_to(0.0, 10.0)),
+        "m",
+        "How well the position is known, 1σ, per axis.",
+    ),
+    key(
+        "rotation_sigma_deg",
+        Number(from_to(0.0, 180.0)),
+        "°",
+        "How well the rotation is known, 1σ, about each axis.",
+    ),
+];
+
+pub(super) const START: &[Key] = &[
+    key(
+        "position_m",
+        Vector(plus_minus(1e5)),
+        "m",
+        "Position of the camera's IMU in the world (east, north, up) when it is first aligned.",
+    )
+    .required(),
+    key("sigma_m", Number(from_to(0.0, 1e4)), "m", "How well it is known, 1σ, per axis."),
 ];
 
 pub(super) const NOISE: &[Key] = &[

@@ -1,13 +1,13 @@
 //! The tables of a configuration, and every key that is not a camera's.
 
-use super::Kind::{Choice, Number, Switch, Text, Whole};
+use super::Kind::{Choice, Number, Switch, Text, Vector, Whole};
 use super::body::BODY;
 use super::camera::{
     CAMERA, DISTORTION, DISTURBANCE, ERRORS, FAULT, INSTRUMENT, MOTOR, MOUNTING, NOISE, REPLAY,
-    SYNTHETIC, TRANSPORT,
+    START, SYNTHETIC, TRANSPORT,
 };
 use super::range::{above_zero_to, from_to, plus_minus};
-use super::text::Text::{Directory, Prefix};
+use super::text::Text::{Directory, Prefix, WorldFile};
 use super::{Key, Schema, Section, Shape, key};
 
 /// The configuration file.
@@ -20,6 +20,12 @@ pub(crate) static CONFIG: Schema = Schema {
             meaning: "The world frame (x east, y north, z up) and the place that fixes the earth's \
                       field in it.",
             keys: WORLD,
+        },
+        Section {
+            path: "world.steel",
+            shape: Shape::List,
+            meaning: "A piece of magnetised steel in the simulated world, as a dipole that stands still.",
+            keys: STEEL,
         },
         Section {
             path: "shared_memory",
@@ -65,6 +71,14 @@ pub(crate) static CONFIG: Schema = Schema {
             meaning: "Pose of the camera's own axes (x forward, y left, z up) in the frame of the \
                       body that carries it (camera.body), or of the vehicle.",
             keys: MOUNTING,
+        },
+        Section {
+            path: "camera.start",
+            shape: Shape::Optional,
+            meaning: "Where the camera stands in the world when it is first aligned. The first camera \
+                      needs none: the world's origin is at its magnetometer. Without it the position \
+                      of any other camera is not known until a fix tells.",
+            keys: START,
         },
         Section {
             path: "camera.noise",
@@ -155,6 +169,52 @@ const WORLD: &[Key] = &[
         "Decimal year for the World Magnetic Model (2026.5 is mid-2026); today if absent. Set it \
          where runs must repeat bit by bit.",
     ),
+    key(
+        "keep",
+        Text(WorldFile),
+        "",
+        "File in which the world and the cameras' positions in it are kept from one run to the \
+         next, relative to this file's directory. Without it each run has a world of its own.",
+    ),
+    key(
+        "moved_sigma_m",
+        Number(from_to(0.0, 1e5)),
+        "m",
+        "How far a camera may have been moved while the daemon did not run, 1σ, per axis: so \
+         uncertain is the position with which it goes on.",
+    ),
+    key(
+        "unseen_speed_m_s",
+        Number(from_to(0.0, 100.0)),
+        "m/s",
+        "Speed with which a camera may have been moved while it was unplugged or its filter began \
+         anew, 1σ, beside the speed it had. Large: its position is the less certain afterwards.",
+    ),
+    key(
+        "patience_s",
+        Number(from_to(0.0, 3600.0)),
+        "s",
+        "How long the first camera is waited for before the next one that is aligned fixes the \
+         world in its stead.",
+    ),
+];
+
+const STEEL: &[Key] = &[
+    key(
+        "position_m",
+        Vector(plus_minus(10_000.0)),
+        "m",
+        "Where it stands in the world; simulated cameras and bodies begin at the origin.",
+    )
+    .required(),
+    key(
+        "moment_a_m2",
+        Vector(plus_minus(1e6)),
+        "A m²",
+        "Its dipole moment. A steel door or pillar has some hundred, a car a thousand; two metres from \
+         100 A m² the field is off by 2.5 µT and changes by 4 µT/m.",
+    )
+    .required(),
 ];
 
 const SHARED_MEMORY: &[Key] = &[
@@ -235,6 +295,14 @@ const LANE: &[Key] = &[
 ];
 
 const ESTIMATOR: &[Key] = &[
+    key(
+        "preset",
+        Choice(&["carried", "foot"]),
+        "",
+        "What carries the sensor: a vehicle or a hand, or a foot. On a foot every stance counts as \
+         standstill for the velocity; noise figures (unless camera.noise is given) and alignment are a \
+         foot's, and alignment_rest_s and alignment_motion_s do not count.",
+    ),
     key(
         "heading",
         Choice(&["continuous", "adaptive", "initial-only"]),

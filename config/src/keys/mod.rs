@@ -6,6 +6,7 @@ mod calibration;
 mod camera;
 mod config;
 mod covariance;
+mod kept_world;
 mod kind;
 mod matrix;
 mod number;
@@ -14,6 +15,7 @@ mod text;
 
 pub(crate) use calibration::CALIBRATION;
 pub(crate) use config::CONFIG;
+pub(crate) use kept_world::KEPT_WORLD;
 pub(crate) use kind::{Kind, quote, type_name};
 
 /// One key of a table.

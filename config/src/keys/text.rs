@@ -15,6 +15,8 @@ pub(crate) enum Text {
     Recording,
     /// A calibration file's path.
     CalibrationFile,
+    /// The path of the file that keeps the world.
+    WorldFile,
     /// Words for people.
     Description,
 }
@@ -33,7 +35,9 @@ impl Text {
             Self::Prefix => is_prefix(text),
             Self::Directory => is_directory(text),
             Self::Recording => is_path(text) && has_ending(text, &[".csv", ".csv.zst"]),
-            Self::CalibrationFile => is_path(text) && has_ending(text, &[".toml"]),
+            Self::CalibrationFile | Self::WorldFile => {
+                is_path(text) && has_ending(text, &[".toml"])
+            }
             Self::Description => is_description(text),
         }
     }
@@ -50,7 +54,7 @@ impl Text {
                 "an absolute path without `..`, of a-z A-Z 0-9 . _ - /, at most {MAX_DIRECTORY_LEN} bytes"
             ),
             Self::Recording => "a path that ends in .csv or .csv.zst".into(),
-            Self::CalibrationFile => "a path that ends in .toml".into(),
+            Self::CalibrationFile | Self::WorldFile => "a path that ends in .toml".into(),
             Self::Description => format!("1 to {MAX_DESCRIPTION_LEN} characters"),
         }
     }

@@ -46,6 +46,14 @@ pub struct Camera {
     pub body: Option<String>,
     /// Where the camera sits on its body.
     pub mounting: Mounting,
+    /// Where the camera stands in the world when it is first aligned, if that is known.
+    pub start: Option<Start>,
+    /// The magnetometer in the camera's body axes, from the IMU, m.
+    pub magnetometer_position_m: [f64; 3],
+    /// The left lens in the camera's body axes, from the IMU, m; not known if absent.
+    pub lens_position_m: Option<[f64; 3]>,
+    /// Cut-off of a low-pass on gyroscope and accelerometer, Hz; none if absent.
+    pub low_pass_hz: Option<f64>,
     /// How sensor axes become body axes; see [`Camera::axes`] for what holds without it.
     pub axis_map: Option<AxisMap>,
     /// Noise of the sensors; the model's figures if absent.
@@ -71,6 +79,10 @@ impl Default for Camera {
             model: CameraModel::default(),
             body: None,
             mounting: Mounting::default(),
+            start: None,
+            magnetometer_position_m: [0.0; 3],
+            lens_position_m: None,
+            low_pass_hz: None,
             axis_map: None,
             noise: None,
             imu_delay_s: IMU_DELAY_S,
@@ -105,13 +117,46 @@ const fn is_zero(serial: &u64) -> bool {
 
 /// Pose of the camera's own axes in the frame of the rigid body that carries it (x forward, y left,
 /// z up).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Mounting {
     /// Position of the IMU, m.
     pub position_m: [f64; 3],
     /// Roll, pitch, yaw of the camera on what carries it, degrees, applied ZYX.
     pub roll_pitch_yaw_deg: [f64; 3],
+    /// How well the position is known, 1σ, m, per axis.
+    pub position_sigma_m: f64,
+    /// How well the rotation is known, 1σ, degrees, about each axis.
+    pub rotation_sigma_deg: f64,
+}
+
+impl Default for Mounting {
+    /// In the body's origin, measured with a ruler and a spirit level.
+    fn default() -> Self {
+        Self {
+            position_m: [0.0; 3],
+            roll_pitch_yaw_deg: [0.0; 3],
+            position_sigma_m: 0.005,
+            rotation_sigma_deg: 0.5,
+        }
+    }
+}
+
+/// Where a camera stands in the world when it is first aligned.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Start {
+    /// Position of the camera's IMU in the world: east, north, up, m.
+    pub position_m: [f64; 3],
+    /// How well it is known, 1σ, m, per axis.
+    pub sigma_m: f64,
+}
+
+impl Default for Start {
+    /// The position has no default.
+    fn default() -> Self {
+        Self { position_m: [0.0; 3], sigma_m: 0.02 }
+    }
 }
 
 /// A sensor axis with its sign.

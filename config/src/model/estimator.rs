@@ -15,10 +15,23 @@ pub enum HeadingMode {
     InitialOnly,
 }
 
+/// What carries the sensor, which decides how still a standstill is and how long the alignment has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// A vehicle or a hand.
+    #[default]
+    Carried,
+    /// A foot, which stands for some tenths of a second in each step.
+    Foot,
+}
+
 /// The filter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Estimator {
+    /// What carries the sensor.
+    pub preset: Preset,
     /// How the magnetometer steers the heading.
     pub heading: HeadingMode,
     /// Rest needed before the initial alignment, s.
@@ -34,6 +47,7 @@ pub struct Estimator {
 impl Default for Estimator {
     fn default() -> Self {
         Self {
+            preset: Preset::Carried,
             heading: HeadingMode::Adaptive,
             alignment_rest_s: 1.0,
             alignment_motion_s: 1.8,

@@ -1,6 +1,7 @@
 //! What keeps the inertial state from drifting, and when each of it is due.
 
 use crate::aid_status::{AidKind, AidLedger};
+use crate::alignment::Aligned;
 use crate::covariance::ORIENTATION;
 use crate::estimator::{HeadingOrigin, StepReport};
 use crate::grid::Step;
@@ -39,7 +40,7 @@ struct Due {
 impl Aids {
     pub(crate) fn new(p: &Parameters) -> Self {
         Self {
-            standstill: Standstill::new(false),
+            standstill: Standstill::UNKNOWN,
             since_levelling_s: 0.0,
             levelling: Levelling::new(),
             compass: Compass::new(),
@@ -50,10 +51,10 @@ impl Aids {
         }
     }
 
-    /// The alignment is done; whether the camera stood.
-    pub(crate) fn begin(&mut self, at_rest: bool) {
-        self.standstill = Standstill::new(at_rest);
-        if at_rest {
+    /// The alignment is done.
+    pub(crate) fn begin(&mut self, aligned: &Aligned) {
+        self.standstill = Standstill::begin(aligned);
+        if aligned.at_rest {
             self.ledger.note(AidKind::Standstill, true);
         }
     }
@@ -62,7 +63,7 @@ impl Aids {
     /// the world that goes with the hard iron.
     pub(crate) fn cross_gap(&mut self) {
         self.hard_iron.forget_field();
-        self.standstill = Standstill::new(false);
+        self.standstill = Standstill::UNKNOWN;
         self.ledger = AidLedger::EMPTY;
     }
 

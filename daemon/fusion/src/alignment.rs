@@ -68,6 +68,8 @@ pub struct Aligned {
     pub field_span_s: f64,
     /// Whether the camera stood; else the alignment is a coarse one.
     pub at_rest: bool,
+    /// The window that found it, where it is the one that finds standstills later on.
+    pub(crate) detector: Option<RestDetector>,
 }
 
 /// The alignment's state: what was collected since the camera came to rest.
@@ -138,7 +140,9 @@ impl Alignment {
         let gyro_bias = (window.rate - earth_rate) * share;
         let mut state = State { gyro_bias, ..State::at(orientation) };
         state.covariance = first_covariance(&state, window, field, p);
-        Aligned { state, field, field_span_s: f64::INFINITY, at_rest: true }
+        let alike = p.alignment.window_s.to_bits() == p.rest.window_s.to_bits();
+        let detector = alike.then_some(self.detector);
+        Aligned { state, field, field_span_s: f64::INFINITY, at_rest: true, detector }
     }
 }
 

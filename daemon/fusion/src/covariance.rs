@@ -62,9 +62,20 @@ impl Covariance {
         DMat3::from_cols(column(0), column(1), column(2))
     }
 
+    /// The covariance of a block with one error state.
+    pub fn with_state(&self, block: Block, index: usize) -> DVec3 {
+        let at = |k: usize| self.rows[block.0 + k][index];
+        DVec3::new(at(0), at(1), at(2))
+    }
+
     /// The variance of one error state.
     pub fn variance(&self, index: usize) -> f64 {
         self.rows[index][index]
+    }
+
+    /// The covariance of two single error states.
+    pub fn covariance(&self, i: usize, j: usize) -> f64 {
+        self.rows[i][j]
     }
 
     /// The variances of a block.

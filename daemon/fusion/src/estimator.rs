@@ -2,21 +2,24 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::aid_status::{AidStatus, PositionOrigin};
+use crate::aid_status::{AidKind, AidStatus, PositionOrigin};
 use crate::aiding::{Aid, AidRefusal, AidReport, Aiding, Setting};
 use crate::aids::Aids;
 use crate::alignment::{Alignment, Waiting};
-use crate::covariance::{MOUNTING, ORIENTATION, POSITION, SPEED_SCALE, VELOCITY};
+use crate::covariance::{DEVIATION, MOUNTING, ORIENTATION, POSITION, SPEED_SCALE, VELOCITY};
 use crate::frame::{Body, Rotation, World};
 use crate::grid::{Increment, Step};
 use crate::history::Surroundings;
 use crate::parameters::Parameters;
 use crate::predict::{Pending, ProcessNoise, Strapdown, follow};
+use crate::relative::{FieldTie, Station};
 use crate::so3;
 use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
-use crate::update::Outcome;
 use crate::update::compass::CompassReport;
+use crate::update::{Outcome, gradient};
+
+pub(crate) mod place;
 
 /// Where a heading comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +91,8 @@ pub struct Estimate {
     pub position_covariance: DMat3,
     /// Covariance of the velocity, (m/s)².
     pub velocity_covariance: DMat3,
+    /// How the orientation's error hangs on the field at this place.
+    pub field: FieldTie,
     /// Where the heading comes from.
     pub heading_origin: HeadingOrigin,
     /// Where the position comes from.
@@ -100,6 +105,39 @@ pub struct Estimate {
     pub magnetic_disturbance: bool,
     /// The field in the world, smoothed, µT, if the magnetometer spoke.
     pub magnetic_field_ut: Option<DVec3>,
+}
+
+impl Estimate {
+    /// The same in a time that runs the other way: what an estimator that goes back in time
+    /// ([`Estimator::reversed`]) says of the past.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        Self {
+            time: SensorTime::from_nanos(-self.time.as_nanos()),
+            velocity: -self.velocity,
+            angular_rate: -self.angular_rate,
+            ..*self
+        }
+    }
+
+    /// What a relative pose needs of it.
+    pub fn station(&self) -> Station {
+        Station {
+            orientation: self.orientation,
+            orientation_covariance: self.orientation_covariance,
+            angular_rate: self.angular_rate,
+            position: self.position,
+            position_covariance: self.position_covariance,
+            velocity: self.velocity,
+            velocity_covariance: self.velocity_covariance,
+            field: self.field,
+        }
+    }
+
+    /// Whether anything is known of the position.
+    pub fn is_position_known(&self) -> bool {
+        place::is_position_known(self.position_covariance)
+    }
 }
 
 /// The estimator's state; a copy of it saves and restores the filter.
@@ -211,6 +249,33 @@ impl Estimator {
         report
     }
 
+    /// Takes a velocity in the world, m/s, that a rig's magnetometers tell, with its covariance; `false`
+    /// if it contradicts the state.
+    pub(crate) fn aid_by_gradient(&mut self, velocity: DVec3, covariance: DMat3) -> bool {
+        let Some(state) = &mut self.state else { return false };
+        follow(state, &mut self.pending, &self.noise);
+        let used = gradient::update(state, velocity, covariance);
+        self.aids.ledger.note(AidKind::Gradient, used);
+        state.covariance.restore();
+        used
+    }
+
+    /// The field that gave the heading may be off by so much, 1σ, µT: heading and deviation are that
+    /// much less known, and err by the same.
+    pub(crate) fn doubt_heading(&mut self, field_ut: f64) {
+        let Some(horizontal_ut) = self.aids.compass.reference().map(|r| r.horizontal_ut()) else {
+            return;
+        };
+        let Some(state) = &mut self.state else { return };
+        let angle = (field_ut / horizontal_ut.max(1.0)).min(core::f64::consts::FRAC_PI_2);
+        let (heading, variance) = (ORIENTATION.0 + 2, angle * angle);
+        let between = state.covariance.block(ORIENTATION, ORIENTATION).z_axis.z;
+        state.covariance.set(heading, heading, between + variance);
+        state.covariance.add_variance(DEVIATION, variance);
+        let between = state.covariance.covariance(heading, DEVIATION) - variance;
+        state.covariance.set(heading, DEVIATION, between);
+    }
+
     /// Accounts for a stretch of time without samples, too long to bridge.
     pub fn cross_gap(&mut self, span: SensorSpan) {
         let gap_s = span.as_secs_f64();
@@ -238,6 +303,7 @@ impl Estimator {
             earth_rate_rad_s: -p.earth_rate_rad_s,
             lead_s: -p.lead_s,
             gyro_lag_s: 0.0,
+            vehicle: None,
             ..*p
         };
         let mut reversed = Self::new(parameters);
@@ -249,6 +315,12 @@ impl Estimator {
     /// The state, once aligned.
     pub const fn state(&self) -> Option<&State> {
         self.state.as_ref()
+    }
+
+    /// The undisturbed field that the compass expects, in the world, µT; `None` without a magnetometer.
+    pub fn expected_field_ut(&self) -> Option<DVec3> {
+        let reference = self.aids.compass.reference()?;
+        Some(reference.in_world(self.parameters.field_bearing_rad))
     }
 
     /// Pose and motion at the end of the last step, once aligned.
@@ -279,6 +351,7 @@ impl Estimator {
             orientation_covariance: self.orientation_covariance(block(ORIENTATION)),
             position_covariance: block(POSITION),
             velocity_covariance: block(VELOCITY),
+            field: self.field_tie(state),
             heading_origin: self.aids.heading_origin,
             position_origin: self.aids.ledger.status().position_origin(),
             aids: self.aids.ledger.status(),
@@ -298,6 +371,16 @@ impl Estimator {
         covariance
     }
 
+    fn field_tie(&self, state: &State) -> FieldTie {
+        let p = &self.parameters.compass;
+        FieldTie {
+            with_orientation_rad2: state.covariance.with_state(ORIENTATION, DEVIATION),
+            variance_rad2: state.covariance.variance(DEVIATION),
+            prior_variance_rad2: p.deviation_sigma_rad * p.deviation_sigma_rad,
+            way_m: p.deviation_way_m,
+        }
+    }
+
     fn begin_aiding(&mut self) {
         self.aiding = Aiding::NEW;
         let (Some(state), Some(vehicle)) = (&mut self.state, &self.parameters.vehicle) else {
@@ -315,7 +398,7 @@ impl Estimator {
         };
         self.state = Some(aligned.state);
         self.begin_aiding();
-        self.aids.begin(aligned.at_rest);
+        self.aids.begin(&aligned);
         if let Some(field) = aligned.field {
             self.aids.begin_with(field, aligned.field_span_s, self.parameters.heading);
         }

@@ -25,6 +25,9 @@ pub struct GridParameters {
     pub sample_interval: SensorSpan,
     /// Longest distance that is bridged by interpolation; beyond, the grid starts anew.
     pub bridge_limit: SensorSpan,
+    /// Whether steps end at whole multiples of a step on the clock, so that the grids of several sensors
+    /// on one clock coincide; a first step that is not whole is left out. Default false.
+    pub aligned: bool,
     /// Largest believable angular rate per axis, rad/s.
     pub max_rate_rad_s: f64,
     /// Largest believable specific force per axis, m/s².
@@ -41,6 +44,7 @@ impl GridParameters {
             step: interval,
             sample_interval: interval,
             bridge_limit: SensorSpan::from_nanos(100_000_000),
+            aligned: false,
             max_rate_rad_s: 100.0,
             max_specific_force_m_s2: 1000.0,
             max_field_ut: 5000.0,
@@ -148,6 +152,8 @@ pub struct Grid {
     last: Option<ImuSample>,
     segment: Option<Segment>,
     step_end: SensorTime,
+    /// The open step did not begin at its begin.
+    partial: bool,
     open: Increment,
     open_bridged: bool,
     open_saturated: bool,
@@ -162,6 +168,7 @@ impl Grid {
             last: None,
             segment: None,
             step_end: SensorTime::from_nanos(0),
+            partial: false,
             open: Increment::ZERO,
             open_bridged: false,
             open_saturated: false,
@@ -220,7 +227,7 @@ impl Grid {
         }
         let step = self.close_step();
         self.segment = Some(segment);
-        Some(step)
+        if core::mem::take(&mut self.partial) { self.next_step() } else { Some(step) }
     }
 
     /// What was gained between the end of the last step and the last sample.
@@ -255,9 +262,20 @@ impl Grid {
 
     fn begin(&mut self, sample: ImuSample) {
         self.reset();
-        self.step_end = sample.time + self.parameters.step;
+        self.step_end = sample.time + self.first_span(sample.time);
+        self.partial = self.step_end - sample.time != self.parameters.step;
         self.pending_mag = sample.mag.map(|m| PendingMag { field: m.vector, angle: DVec3::ZERO });
         self.last = Some(sample);
+    }
+
+    /// From the grid's first sample to the end of its first step.
+    fn first_span(&self, begin: SensorTime) -> SensorSpan {
+        let step = self.parameters.step;
+        if !self.parameters.aligned {
+            return step;
+        }
+        let into = begin.as_nanos().rem_euclid(step.as_nanos().max(1));
+        SensorSpan::from_nanos(step.as_nanos() - into)
     }
 
     fn missing_within(&self, span: SensorSpan) -> u64 {

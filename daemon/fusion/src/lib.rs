@@ -25,7 +25,9 @@ mod history;
 mod parameters;
 mod predict;
 mod quantity;
+pub mod relative;
 mod rest;
+pub mod rig;
 mod sample;
 pub mod so3;
 mod state;
@@ -41,6 +43,7 @@ pub use covariance::{
     ACCEL_BIAS, Block, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, MAG_DELAY, MOUNTING,
     ORIENTATION, POSITION, Row, SPEED_SCALE, STATES, VELOCITY,
 };
+pub use estimator::place::{UNKNOWN_POSITION_SIGMA_M, is_position_known};
 pub use estimator::{Estimate, Estimator, HeadingOrigin, StepReport};
 pub use frame::{Body, Frame, Optical, Rotation, Sensor, Vehicle, World};
 pub use grid::{Accepted, Grid, GridParameters, Increment, Refusal, Step};

@@ -160,7 +160,7 @@ pub struct AlignmentParameters {
 /// Scatter of the sensors without motion: the unit in which a window's statistic measures it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stillness {
-    /// Angular rate about the bias, 1σ, rad/s, per axis and step. Default 0.02; a foot's stance 0.1.
+    /// Angular rate about the bias, 1σ, rad/s, per axis and step. Default 0.02; a foot's stance 0.11.
     pub rate_sigma_rad_s: f64,
     /// Specific force about gravity, 1σ, m/s², per axis and step. Default 0.15; a foot's stance 0.5.
     pub force_sigma_m_s2: f64,
@@ -350,7 +350,7 @@ impl SensorNoise {
         gyro_bias_sigma: 1.0e-3,
         gyro_scale_walk: 1.0e-3,
         gyro_aliasing: 0.2,
-        accel_aliasing: 0.08,
+        accel_aliasing: 0.1,
         accel_bias_sigma: 0.025,
         ..Self::ZED2
     };
@@ -426,7 +426,7 @@ impl Default for StanceParameters {
     fn default() -> Self {
         Self {
             window_s: 0.05,
-            stillness: Stillness { rate_sigma_rad_s: 0.1, force_sigma_m_s2: 0.5 },
+            stillness: Stillness { rate_sigma_rad_s: 0.11, force_sigma_m_s2: 0.5 },
             threshold: 150.0,
             statistic_scale: 10.0,
             velocity_sigma_m_s: 0.03,

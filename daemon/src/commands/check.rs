@@ -34,12 +34,13 @@ fn explanation(json: bool) -> String {
     format!("{}\n{}", lodestone_config::explain(), lodestone_config::explain_calibration())
 }
 
-/// Calibrations and recordings are opened, so that a run will not fail on them.
+/// Calibrations, recordings and the kept world are opened, so that a run will not fail on them.
 pub(super) fn check_files(loaded: &Loaded) -> Result<(), CommandError> {
     let mut problems = Vec::new();
     if let Err(errors) = loaded.calibrations() {
         problems.extend(errors.iter().map(ToString::to_string));
     }
+    problems.extend(loaded.kept_world().err().map(|e| e.to_string()));
     let recordings = loaded.config.camera.iter().filter_map(|camera| loaded.recording(camera));
     let unreadable = recordings.filter_map(|path| Recording::open(&path).err());
     problems.extend(unreadable.map(|e| e.to_string()));

@@ -8,15 +8,18 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use lodestone_config::model::{Camera, DriverKind, Replay};
+use lodestone_config::model::{Camera, Config, DriverKind, Preset, Replay};
 use lodestone_config::{Calibration, LoadError, Loaded};
+use lodestone_fusion::{Estimate, SensorTime};
 use lodestone_schema::Status;
 
-use crate::cli::ReplayArgs;
+use crate::cli::{PresetArg, ReplayArgs, WorldAxes};
 use crate::driver::replay::{ReplayDriver, ReplayError};
 use crate::driver::synthetic::FieldError;
 use crate::driver::{Driver, SourceState};
-use crate::lane::{Core, CoreCounts, LaneSettings, Phase, StepOutput, pose_row, status_of};
+use crate::hindsight::{HeldRow, Hindsight};
+use crate::lane::{Core, CoreCounts, LaneSettings, Phase, StepOutput, Taken, pose_row, status_of};
+use crate::pose_axes::Axes;
 use crate::poses_csv::{PosesError, PosesWriter};
 use crate::reading::Reading;
 use crate::ring::ring;
@@ -149,6 +152,7 @@ fn replay_one(
             break;
         }
     }
+    lane.give_up()?;
     let (counts, phase) = (lane.core.counts(), lane.core.phase());
     let has_magnetometer = lane.has_magnetometer;
     let speed_unused = driver.has_speed() && lane.settings.estimator.vehicle.is_none();
@@ -176,6 +180,10 @@ struct Lane {
     core: Core,
     settings: LaneSettings,
     writer: PosesWriter,
+    hindsight: Hindsight,
+    asked: WorldAxes,
+    /// The world's axes, once there is a pose.
+    axes: Option<Axes>,
     status: Status,
     /// A reading of a magnetometer has come; its columns may be there and stay empty.
     has_magnetometer: bool,
@@ -191,21 +199,91 @@ impl Lane {
         let camera = recorded_camera(loaded);
         let calibration = calibration(loaded, &camera, args)?;
         let rate_hz = driver.info().nominal_rate_hz;
-        let settings =
-            LaneSettings::new(&loaded.config, 0, &camera, calibration.as_ref(), rate_hz)?;
-        let (core, writer) = (Core::new(&settings), PosesWriter::create(poses)?);
-        Ok(Self { core, settings, writer, status: Status::empty(), has_magnetometer: false })
+        let config = with_preset(&loaded.config, args.preset);
+        let settings = LaneSettings::new(&config, 0, &camera, calibration.as_ref(), rate_hz)?;
+        Ok(Self {
+            core: Core::new(&settings),
+            writer: PosesWriter::create(poses)?,
+            hindsight: Hindsight::default(),
+            asked: args.frame.unwrap_or_else(|| usual_axes(config.estimator.preset)),
+            axes: None,
+            settings,
+            status: Status::empty(),
+            has_magnetometer: false,
+        })
     }
 
-    /// One row for each reading, also for one that was refused.
+    /// One row for each reading, also for one that was refused; held back while there is no pose.
     fn take(&mut self, reading: &Reading) -> Result<(), PosesError> {
         self.has_magnetometer |= reading.mag.is_some();
+        let (calibrated, resets) = (self.core.is_calibrated(), self.core.counts().resets);
         let status = &mut self.status;
-        let calibrated = self.core.is_calibrated();
-        self.core.take(reading, |step: &StepOutput| *status = status_of(step, calibrated));
-        let estimate = self.core.at_last_reading();
-        let bounds = &self.settings.validity;
-        self.writer.write(&pose_row(reading.sensor_time, estimate.as_ref(), self.status, bounds))
+        let taken =
+            self.core.take(reading, |step: &StepOutput| *status = status_of(step, calibrated));
+        let time = reading.sensor_time;
+        let Some(estimate) = self.core.at_last_reading() else {
+            if self.core.counts().resets != resets {
+                self.give_up()?;
+            }
+            let sample = taken.refusal.is_none().then_some(taken.sample);
+            let row = HeldRow { time, status: self.status, sample };
+            return self.hindsight.hold(row).map_or(Ok(()), |row| self.write_held(row, None));
+        };
+        self.axes.get_or_insert_with(|| Axes::choose(self.asked, &estimate));
+        self.look_back(&taken)?;
+        self.write(time, Some(&estimate), self.status)
+    }
+
+    /// Writes the rows before the alignment.
+    fn look_back(&mut self, taken: &Taken) -> Result<(), PosesError> {
+        if self.hindsight.is_empty() {
+            return Ok(());
+        }
+        let Some(back) = self.core.reversed() else { return self.give_up() };
+        let rows = self.hindsight.look_back(back, &taken.sample, self.settings.grid);
+        rows.into_iter().try_for_each(|(row, pose)| self.write_held(row, pose))
+    }
+
+    /// Writes the rows that no pose will come for.
+    fn give_up(&mut self) -> Result<(), PosesError> {
+        let rows: Vec<HeldRow> = self.hindsight.give_up().collect();
+        rows.into_iter().try_for_each(|row| self.write_held(row, None))
+    }
+
+    fn write_held(&mut self, row: HeldRow, pose: Option<Estimate>) -> Result<(), PosesError> {
+        let mut status = row.status;
+        status.set(Status::INITIALISED, pose.is_some());
+        status.set(Status::STATIONARY, pose.is_some_and(|pose| pose.at_rest));
+        self.write(row.time, pose.as_ref(), status)
+    }
+
+    fn write(
+        &mut self,
+        time: SensorTime,
+        pose: Option<&Estimate>,
+        status: Status,
+    ) -> Result<(), PosesError> {
+        let row = pose_row(time, pose, status, &self.settings.validity);
+        self.writer.write(&self.axes.map_or(row, |axes| axes.of_row(row)))
+    }
+}
+
+/// The configuration with the preset that the command line asks for.
+fn with_preset(config: &Config, asked: Option<PresetArg>) -> Config {
+    let mut config = config.clone();
+    config.estimator.preset = match asked {
+        Some(PresetArg::Carried) => Preset::Carried,
+        Some(PresetArg::Foot) => Preset::Foot,
+        None => config.estimator.preset,
+    };
+    config
+}
+
+/// Recordings of feet come in aerospace axes as often as not.
+const fn usual_axes(preset: Preset) -> WorldAxes {
+    match preset {
+        Preset::Carried => WorldAxes::Enu,
+        Preset::Foot => WorldAxes::Auto,
     }
 }
 

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use lodestone_config::Loaded;
 use lodestone_config::model::Config;
+use lodestone_config::{LoadError, Loaded};
 use lodestone_schema::transport::{Domain, DomainError};
 use tracing::info;
 
@@ -13,13 +13,14 @@ use super::supervision::{LaneContext, LaneFailure, Lanes, StartedLane};
 use crate::cli::RunArgs;
 use crate::clock::UnixOffset;
 use crate::console::Console;
-use crate::service::housekeeping::{Housekeeping, HousekeepingError, HousekeptLane};
+use crate::service::housekeeping::{Duties, Housekeeping, HousekeepingError, HousekeptLane};
 use crate::service::instance::{InstanceError, InstanceLock};
 use crate::service::leftovers;
 use crate::service::overview::Overview;
-use crate::service::signals::StopFlag;
+use crate::service::signals::{StopFlag, reset_on_signal};
 use crate::service::space::{self, SpaceError};
 use crate::status_board::LaneBoard;
+use crate::world::{Beginning, Keeper};
 
 /// Between two looks at lanes, signals and console: five redraws a second.
 const TICK: Duration = Duration::from_millis(200);
@@ -42,6 +43,9 @@ pub enum RunError {
     /// The domain cannot be entered.
     #[error(transparent)]
     Domain(#[from] DomainError),
+    /// The kept world cannot be used.
+    #[error(transparent)]
+    World(#[from] LoadError),
     /// A lane did not start, or failed.
     #[error("camera {camera:?}: {failure}")]
     Lane {
@@ -62,7 +66,9 @@ impl RunError {
     /// 2 where the configuration is to blame, else 1.
     pub const fn exit_code(&self) -> u8 {
         match self {
-            Self::NoCamera | Self::Domain(DomainError::Prefix(_) | DomainError::Root(_)) => 2,
+            Self::NoCamera
+            | Self::World(_)
+            | Self::Domain(DomainError::Prefix(_) | DomainError::Root(_)) => 2,
             _ => 1,
         }
     }
@@ -84,9 +90,12 @@ pub fn run(
 ) -> Result<(), RunError> {
     let stop = StopFlag::new();
     stop.raise_on_signals().map_err(RunError::Signals)?;
+    let reset = reset_on_signal().map_err(RunError::Signals)?;
+    let kept = loaded.kept_world()?;
     let loaded = Arc::new(loaded);
     let (domain, _lock) = prepare(&loaded.config)?;
     let unix_offset = UnixOffset::sampled();
+    let (keeper, Beginning { frame, places }) = Keeper::begin(&loaded, kept);
     let mut lanes = Lanes::default();
     let mut open = |camera: usize, board: &Arc<LaneBoard>| {
         start(LaneContext {
@@ -95,14 +104,17 @@ pub fn run(
             domain: domain.clone(),
             board: Arc::clone(board),
             unix_offset: unix_offset.clone(),
+            world: Arc::clone(&frame),
+            kept_place: places[camera],
             stop: stop.clone(),
         })
     };
 
-    let result = start_all(&loaded.config, &mut lanes, &mut open).and_then(|kept| {
+    let result = start_all(&loaded.config, &mut lanes, &mut open).and_then(|lanes_kept| {
+        let duties = Duties { lanes: lanes_kept, keeper, reset };
         let overview = Overview::default();
         let housekeeping =
-            Housekeeping::start(&domain, &loaded.config, kept, &overview, &unix_offset)?;
+            Housekeeping::start(&domain, &loaded.config, duties, &overview, &unix_offset)?;
         info!("serving {} cameras in {}", loaded.config.camera.len(), domain.root);
         let watched = watch(&mut lanes, &housekeeping, &overview, &mut console, args, &stop);
         stop.raise();

@@ -13,9 +13,11 @@ use lodestone_schema::LaneState;
 use lodestone_schema::transport::Domain;
 
 use crate::clock::UnixOffset;
+use crate::lane::LaneSettings;
 use crate::service::housekeeping::TruthProvider;
 use crate::service::signals::StopFlag;
 use crate::status_board::LaneBoard;
+use crate::world::{MemberSettings, Membership, Place, WorldFrame};
 
 /// A lane must say within this time that its services are open.
 const START_LIMIT: Duration = Duration::from_secs(10);
@@ -33,11 +35,21 @@ pub struct LaneContext {
     pub board: Arc<LaneBoard>,
     /// From `CLOCK_MONOTONIC` to UNIX time; housekeeping keeps it up to date.
     pub unix_offset: UnixOffset,
+    /// The world that all lanes share.
+    pub world: Arc<WorldFrame>,
+    /// Where the camera was in the last run, as far as it was kept.
+    pub kept_place: Option<Place>,
     /// When raised, the lane ends.
     pub stop: StopFlag,
 }
 
 impl LaneContext {
+    /// The lane's part in the world.
+    pub fn membership(&self, settings: &LaneSettings) -> Membership {
+        let settings = MemberSettings { kept: self.kept_place, ..settings.member };
+        Membership::new(Arc::clone(&self.world), self.camera, settings)
+    }
+
     /// The camera's own settings.
     pub fn settings(&self) -> &Camera {
         &self.loaded.config.camera[self.camera]

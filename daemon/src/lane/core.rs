@@ -8,6 +8,7 @@ use lodestone_fusion::{
 use super::aiding::AidQueue;
 use super::{Conditioner, LaneSettings};
 use crate::reading::Reading;
+use crate::world::{Membership, WorldStep};
 
 /// How far the filter is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +39,8 @@ pub struct StepOutput {
     pub field_unlike_earth: bool,
     /// A fix that was refused for long was believed after all: the position jumped.
     pub position_jumped: bool,
+    /// The world that the pose is in.
+    pub world: WorldStep,
 }
 
 /// What became of a reading.
@@ -95,6 +98,7 @@ pub struct Core {
     conditioner: Conditioner,
     grid: Grid,
     estimator: Estimator,
+    membership: Membership,
     parameters: Parameters,
     reset_after: SensorSpan,
     earth: Option<FieldReference>,
@@ -108,9 +112,15 @@ pub struct Core {
 }
 
 impl Core {
-    /// A core that waits for its first reading.
+    /// A core that waits for its first reading, in a world of its own.
     pub fn new(settings: &LaneSettings) -> Self {
+        Self::in_world(settings, Membership::alone(settings.member))
+    }
+
+    /// A core that waits for its first reading, in a world that it shares.
+    pub fn in_world(settings: &LaneSettings, membership: Membership) -> Self {
         Self {
+            membership,
             conditioner: settings.conditioner.clone(),
             grid: Grid::new(settings.grid),
             estimator: Estimator::new(settings.estimator),
@@ -145,7 +155,10 @@ impl Core {
         while let Some(step) = self.grid.next_step() {
             self.counts.bridged += u64::from(step.bridged);
             let report = self.estimator.step(&step);
-            self.counts.resets += u32::from(report.world_turned);
+            let arrival = reading.arrival;
+            let began_anew =
+                self.membership.follow(&mut self.estimator, report.just_aligned, arrival);
+            self.counts.resets += u32::from(report.world_turned || began_anew);
             self.phase = report.waiting.map_or(Phase::Running, Phase::Aligning);
             self.offer_due(step.time);
             let estimate = self.estimator.estimate();
@@ -153,6 +166,7 @@ impl Core {
                 // A state that is not finite has no way back.
                 self.reset();
             }
+            let world = self.membership.note(estimate.as_ref(), arrival);
             self.degraded = self.degraded && !estimate.as_ref().is_some_and(recovered);
             on_step(&StepOutput {
                 time: step.time,
@@ -163,6 +177,7 @@ impl Core {
                 degraded: self.degraded,
                 field_unlike_earth: self.is_unlike_earth(estimate.as_ref()),
                 position_jumped: std::mem::take(&mut self.position_jumped),
+                world,
             });
         }
         Taken { sample, refusal: None }
@@ -201,6 +216,17 @@ impl Core {
     /// The pose at the last reading taken: the last step's, carried on over the remainder.
     pub fn at_last_reading(&self) -> Option<Estimate> {
         self.estimator.estimate_ahead(&self.grid.remainder())
+    }
+
+    /// An estimator that goes back in time from the last step, and that step's time, once aligned.
+    pub fn reversed(&self) -> Option<(Estimator, SensorTime)> {
+        let time = self.estimator.estimate()?.time;
+        Some((self.estimator.reversed()?, time))
+    }
+
+    /// The lane's part in the world.
+    pub const fn membership(&self) -> &Membership {
+        &self.membership
     }
 
     /// How far the filter is.

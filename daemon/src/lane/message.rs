@@ -3,7 +3,8 @@
 use glam::{DMat3, DVec3};
 use lodestone_config::model::ValidityBounds;
 use lodestone_fusion::{
-    AidKind, Estimate, HeadingOrigin, ImuSample, PositionOrigin, SensorTime, Waiting,
+    self as fusion, AidKind, Estimate, HeadingOrigin, ImuSample, PositionOrigin, SensorTime,
+    Waiting,
 };
 use lodestone_schema::{
     AidFlags, AlignmentWait, CalibratedSample, HeadingSource, Pose, PositionSource, SampleFlags,
@@ -75,6 +76,7 @@ pub(super) fn fill_pose(
         forget(pose);
         return;
     };
+    pose.world_epoch = step.world.epoch;
     pose.validity = validity_of(estimate, bounds).bits();
     pose.heading_source = heading_source(estimate).code();
     pose.position_source = position_source(estimate).code();
@@ -88,6 +90,18 @@ pub(super) fn fill_pose(
     pose.position_covariance_m2 = upper_triangle(estimate.position_covariance);
     pose.velocity_covariance_m2_s2 = upper_triangle(estimate.velocity_covariance);
     pose.orientation_covariance_rad2 = upper_triangle(orientation_covariance(estimate));
+    if step.world.epoch == 0 || !estimate.is_position_known() {
+        forget_position(pose);
+    }
+}
+
+/// There is no world yet, or nobody has said where in it the camera stands.
+fn forget_position(pose: &mut Pose) {
+    const UNKNOWN: [f64; 6] = [f64::INFINITY, 0.0, 0.0, f64::INFINITY, 0.0, f64::INFINITY];
+    pose.validity &= !Validity::POSITION.bits();
+    pose.position_source = PositionSource::None.code();
+    pose.position_m = [f64::NAN; 3];
+    pose.position_covariance_m2 = UNKNOWN;
 }
 
 /// Turns a pose into one of which nothing is known but its times.
@@ -200,25 +214,25 @@ const fn position_source(estimate: &Estimate) -> PositionSource {
         PositionOrigin::Unaided => PositionSource::Inertial,
         PositionOrigin::Standstill => PositionSource::Standstill,
         PositionOrigin::Speed => PositionSource::AidingSpeed,
-        PositionOrigin::NonHolonomic => PositionSource::NonHolonomic,
         PositionOrigin::PositionFix => PositionSource::AidingPosition,
         PositionOrigin::PoseFix => PositionSource::AidingPose,
+        PositionOrigin::NonHolonomic => PositionSource::NonHolonomic,
         PositionOrigin::Gradient => PositionSource::MagneticGradient,
     }
 }
 
-/// The kinds of aids in the schema's bits.
-fn aid_bits(aids: lodestone_fusion::AidFlags) -> u8 {
-    let bit = |kind: AidKind| match kind {
-        AidKind::Standstill => AidFlags::STANDSTILL,
-        AidKind::Speed => AidFlags::SPEED,
-        AidKind::NonHolonomic => AidFlags::NON_HOLONOMIC,
-        AidKind::PositionFix => AidFlags::POSITION_FIX,
-        AidKind::PoseFix => AidFlags::POSE_FIX,
-        AidKind::Gradient => AidFlags::GRADIENT,
-    };
-    let present = AidKind::ALL.into_iter().filter(|kind| aids.contains(*kind)).map(bit);
-    present.fold(AidFlags::empty(), AidFlags::union).bits()
+/// The bits of a set of aids.
+fn aid_bits(aids: fusion::AidFlags) -> u8 {
+    const BITS: [(AidKind, AidFlags); 6] = [
+        (AidKind::Standstill, AidFlags::STANDSTILL),
+        (AidKind::Speed, AidFlags::SPEED),
+        (AidKind::NonHolonomic, AidFlags::NON_HOLONOMIC),
+        (AidKind::PositionFix, AidFlags::POSITION_FIX),
+        (AidKind::PoseFix, AidFlags::POSE_FIX),
+        (AidKind::Gradient, AidFlags::GRADIENT),
+    ];
+    let there = BITS.into_iter().filter(|(kind, _)| aids.contains(*kind));
+    there.fold(AidFlags::empty(), |bits, (_, bit)| bits | bit).bits()
 }
 
 const fn upper_triangle(m: DMat3) -> [f64; 6] {

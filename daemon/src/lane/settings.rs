@@ -2,16 +2,21 @@
 
 use std::time::Duration;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use lodestone_config::Calibration;
-use lodestone_config::model::{Camera, Config, HeadingMode as Mode, Noise, North, ValidityBounds};
-use lodestone_fusion::{
-    FieldReference, GridParameters, HeadingMode, Parameters, SensorNoise, SensorSpan,
+use lodestone_config::model::{
+    Camera, Config, Estimator, HeadingMode as Mode, Noise, North, Preset, ValidityBounds,
 };
+use lodestone_fusion::{
+    AlignmentParameters, FieldReference, GridParameters, HeadingMode, Parameters, SensorNoise,
+    SensorSpan,
+};
+use lodestone_schema::DistanceSource;
 
 use super::Conditioner;
 use super::vehicle::{antenna_of, vehicle_of};
 use crate::driver::synthetic::{EarthField, FieldError};
+use crate::world::{MemberSettings, Place};
 
 /// How a lane reacts to silence and gaps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +44,8 @@ pub struct LaneSettings {
     pub validity: ValidityBounds,
     /// Silence and gaps.
     pub timing: Timing,
+    /// What the lane knows of its place in the world.
+    pub member: MemberSettings,
     /// The earth's field at the configured place and date, where the World Magnetic Model covers it.
     pub earth: Option<FieldReference>,
     /// Where position fixes of a recording hold, from the camera's origin in its own axes, m.
@@ -87,11 +94,27 @@ impl LaneSettings {
             validity: config.estimator.validity,
             earth: reference,
             antenna_m: antenna_of(config, camera),
+            member: member_of(config, camera),
             timing: Timing {
                 stale_after: Duration::from_secs_f64(lane.stale_after_s),
                 reset_after: SensorSpan::from_secs_f64(lane.reset_after_s),
             },
         })
+    }
+}
+
+fn member_of(config: &Config, camera: &Camera) -> MemberSettings {
+    let start = camera.start.map(|start| Place {
+        position: start.position_m.into(),
+        covariance: DMat3::from_diagonal(DVec3::splat(start.sigma_m * start.sigma_m)),
+        source: DistanceSource::CommonStart,
+    });
+    MemberSettings {
+        origin_in_body_m: camera.magnetometer_position_m.into(),
+        start,
+        kept: None,
+        unseen_speed_m_s: config.world.unseen_speed_m_s,
+        alignment_rest_s: config.estimator.alignment_rest_s,
     }
 }
 
@@ -118,7 +141,10 @@ fn parameters_of(
     camera: &Camera,
     calibration: Option<&Calibration>,
 ) -> Parameters {
-    let defaults = Parameters::default();
+    let (defaults, usual_noise) = match config.estimator.preset {
+        Preset::Carried => (Parameters::default(), Some(camera.model.noise())),
+        Preset::Foot => (Parameters::foot_mounted(), None),
+    };
     let left_by_calibration = calibration
         .and_then(|c| c.magnetometer.as_ref()?.heading_sigma_deg)
         .map_or(defaults.compass.systematic_sigma_rad, |deg| {
@@ -129,23 +155,34 @@ fn parameters_of(
             systematic_sigma_rad: left_by_calibration,
             ..defaults.compass
         },
-        noise: noise_of(camera.noise.unwrap_or_else(|| camera.model.noise()), defaults.noise),
+        noise: camera
+            .noise
+            .or(usual_noise)
+            .map_or(defaults.noise, |noise| noise_of(noise, defaults.noise)),
         heading: match config.estimator.heading {
             Mode::Continuous => HeadingMode::Continuous,
             Mode::Adaptive => HeadingMode::Adaptive,
             Mode::InitialOnly => HeadingMode::InitialOnly,
         },
-        alignment: lodestone_fusion::AlignmentParameters {
-            rest_s: config.estimator.alignment_rest_s,
-            motion_s: Some(config.estimator.alignment_motion_s).filter(|s| *s > 0.0),
-            ..defaults.alignment
-        },
+        alignment: alignment_of(&config.estimator, defaults.alignment),
         hard_iron: lodestone_fusion::HardIronParameters {
             enabled: config.estimator.hard_iron_refinement,
             ..defaults.hard_iron
         },
         vehicle: vehicle_of(config, camera),
         ..defaults
+    }
+}
+
+/// A foot does not rest as long as a configuration may ask for.
+fn alignment_of(estimator: &Estimator, defaults: AlignmentParameters) -> AlignmentParameters {
+    match estimator.preset {
+        Preset::Foot => defaults,
+        Preset::Carried => AlignmentParameters {
+            rest_s: estimator.alignment_rest_s,
+            motion_s: Some(estimator.alignment_motion_s).filter(|s| *s > 0.0),
+            ..defaults
+        },
     }
 }
 
@@ -177,6 +214,24 @@ mod tests {
         assert!((at(Some(0.07)).length() - EARTH_RATE_RAD_S).abs() < 1e-15);
         // No north, no turn about it.
         assert_eq!(at(None), DVec3::Z * at(Some(0.0)).z);
+    }
+
+    #[test]
+    fn a_foot_has_parameters_of_its_own_but_a_cameras_noise_counts() {
+        let mut config = Config::default();
+        let parameters = |config: &Config, camera: &Camera| parameters_of(config, camera, None);
+        let mut camera = Camera::default();
+        assert_eq!(parameters(&config, &camera).stance, None);
+        config.estimator.preset = Preset::Foot;
+        config.estimator.alignment_rest_s = 3.0;
+        let foot = Parameters::foot_mounted();
+        let got = parameters(&config, &camera);
+        assert_eq!((got.stance, got.noise), (foot.stance, foot.noise));
+        assert_eq!(got.alignment, foot.alignment);
+        camera.noise = Some(Noise { gyro_density_rad_s_rthz: 0.01, ..camera.model.noise() });
+        let got = parameters(&config, &camera).noise;
+        assert_eq!(got.gyro_density.to_bits(), 0.01_f64.to_bits());
+        assert_eq!(got.gyro_aliasing.to_bits(), foot.noise.gyro_aliasing.to_bits());
     }
 
     #[test]

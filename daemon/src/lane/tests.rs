@@ -115,7 +115,14 @@ impl Live {
     fn new() -> Self {
         let (published, board) = (Published::default(), Arc::new(LaneBoard::new()));
         let offset = UnixOffset::sampled();
-        let worker = Worker::new(settings(), published.clone(), Arc::clone(&board), offset, 1.0);
+        let worker = Worker::new(
+            Core::new(&settings()),
+            settings(),
+            published.clone(),
+            Arc::clone(&board),
+            offset,
+            1.0,
+        );
         Self { worker, published, board }
     }
 

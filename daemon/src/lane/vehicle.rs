@@ -40,11 +40,15 @@ mod tests {
 
     fn on_a_car(vehicle: bool) -> (Config, Camera) {
         // Two metres ahead of the axle, one above it, looking left and nose down.
-        let mounting =
-            Mounting { position_m: [2.0, 0.0, 1.0], roll_pitch_yaw_deg: [0.0, 20.0, 90.0] };
+        let mounting = Mounting {
+            position_m: [2.0, 0.0, 1.0],
+            roll_pitch_yaw_deg: [0.0, 20.0, 90.0],
+            ..Mounting::default()
+        };
         let camera = Camera { body: Some("car".into()), mounting, ..Camera::default() };
         let antenna_m = Some([2.0, 0.0, 1.5]);
-        let body = vec![RigidBody { name: "car".into(), vehicle, antenna_m }];
+        let body =
+            vec![RigidBody { name: "car".into(), vehicle, antenna_m, ..RigidBody::default() }];
         (Config { body, ..Config::default() }, camera)
     }
 

@@ -14,6 +14,7 @@ use crate::driver::SourceState;
 use crate::publisher::blank_pose;
 use crate::reading::{HostTime, Reading};
 use crate::status_board::{LaneBoard, LaneStatus, SensorStatus};
+use crate::world::{Motion, WorldFrame};
 
 /// Where a live lane's messages go.
 pub trait Publish {
@@ -48,6 +49,8 @@ struct Outlet<P> {
     pose: Pose,
     samples: u64,
     sensor: SensorStatus,
+    /// Where those who compare cameras look.
+    world: Arc<WorldFrame>,
 }
 
 impl<P: Publish> Worker<P> {
@@ -55,6 +58,7 @@ impl<P: Publish> Worker<P> {
     ///
     /// `host_rate` is the number of host seconds in a sensor second: 1 for a device.
     pub fn new(
+        core: Core,
         settings: LaneSettings,
         publisher: P,
         board: Arc<LaneBoard>,
@@ -62,8 +66,9 @@ impl<P: Publish> Worker<P> {
         host_rate: f64,
     ) -> Self {
         let stale_after = settings.timing.stale_after;
+        let world = Arc::clone(core.membership().frame());
         Self {
-            core: Core::new(&settings),
+            core,
             stale_after_ns: i64::try_from(stale_after.as_nanos()).unwrap_or(i64::MAX),
             last_arrival: None,
             silent: false,
@@ -77,6 +82,7 @@ impl<P: Publish> Worker<P> {
                 unix_offset,
                 samples: 0,
                 sensor: SensorStatus::default(),
+                world,
             },
         }
     }
@@ -179,6 +185,10 @@ impl<P: Publish> Outlet<P> {
         }
         self.board.latest.report(&LaneStatus::of(&self.pose, self.sensor));
         self.pose.sequence += 1;
+        if let Some(estimate) = &step.estimate {
+            let motion = Motion::of(estimate, self.pose.time_ns, &step.world);
+            self.world.report_motion(self.settings.camera_id as usize, &motion);
+        }
     }
 
     /// The last pose once more, with nothing claimed about it.

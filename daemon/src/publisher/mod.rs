@@ -13,6 +13,7 @@ mod port;
 mod qos;
 mod side;
 mod wake;
+mod world;
 
 pub use inbox::AidingInbox;
 pub use lane::LanePublisher;
@@ -21,3 +22,4 @@ pub use port::PublisherError;
 pub use qos::{MAX_BORROWED, qos_of, sample_bytes};
 pub(crate) use side::blank_health;
 pub use side::{HealthPublisher, TruthPublisher};
+pub use world::{Requests, WorldPublisher};

@@ -21,8 +21,9 @@ const REQUESTS: usize = 8;
 /// Processes that aid one lane, or ask the daemon for something, at a time.
 const MAX_WRITERS: usize = 16;
 
-/// The late joiner gets this many pairs, or edges of the tree of frames: every one of 16 cameras.
-const WORLD_HISTORY: usize = 128;
+/// The late joiner gets this many pairs, or edges of the tree of frames: every pair of 11 cameras; what
+/// is published again within a second.
+const WORLD_HISTORY: usize = 64;
 
 /// The qualities of a service.
 pub fn qos_of(kind: ServiceKind, settings: &SharedMemory) -> Qos {

@@ -2,6 +2,7 @@
 //! dead consumers.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -16,10 +17,12 @@ use super::overview::{LaneMonitor, Overview};
 use super::prefault::prefault;
 use super::signals::StopFlag;
 use super::space::SpaceWatch;
+use super::world_duty::WorldDuty;
 use crate::clock::UnixOffset;
 use crate::publisher::{HealthPublisher, PublisherError, TruthPublisher};
 use crate::reading::HostTime;
 use crate::status_board::LaneBoard;
+use crate::world::Keeper;
 
 /// Between two looks at the lanes.
 const TICK: Duration = Duration::from_millis(100);
@@ -42,6 +45,16 @@ pub struct HousekeptLane {
     pub board: Arc<LaneBoard>,
     /// The truth, for a synthetic camera.
     pub truth: Option<Box<dyn TruthProvider>>,
+}
+
+/// What housekeeping looks after.
+pub struct Duties {
+    /// Every lane.
+    pub lanes: Vec<HousekeptLane>,
+    /// The world.
+    pub keeper: Keeper,
+    /// When raised, the world is defined anew.
+    pub reset: Arc<AtomicBool>,
 }
 
 /// The running thread.
@@ -73,7 +86,7 @@ impl Housekeeping {
     pub fn start(
         domain: &Domain,
         config: &Config,
-        lanes: Vec<HousekeptLane>,
+        duties: Duties,
         overview: &Overview,
         unix_offset: &UnixOffset,
     ) -> Result<Self, HousekeepingError> {
@@ -84,7 +97,7 @@ impl Housekeeping {
             let (overview, stop) = (overview.clone(), stop.clone());
             let unix_offset = unix_offset.clone();
             thread::Builder::new().name("housekeeping".into()).spawn(move || {
-                serve(&domain, &config, lanes, &overview, &unix_offset, &stop, &ready);
+                serve(&domain, &config, duties, &overview, &unix_offset, &stop, &ready);
             })?
         };
         match opened.recv() {
@@ -137,9 +150,10 @@ impl Kept {
         }
     }
 
-    fn publish_health(&mut self) {
+    /// `shared_errors` are those of the services that all lanes share; each lane's health has them.
+    fn publish_health(&mut self, shared_errors: u64) {
         let truth_errors = self.truth.as_ref().map_or(0, |(port, _)| port.errors());
-        let errors = self.health.errors() + truth_errors;
+        let errors = self.health.errors() + truth_errors + shared_errors;
         let health = self.monitor.end_interval(HostTime::now(), errors);
         self.health.publish(&health);
     }
@@ -150,31 +164,39 @@ type Ready = SyncSender<Result<(), PublisherError>>;
 fn serve(
     domain: &Domain,
     config: &Config,
-    lanes: Vec<HousekeptLane>,
+    duties: Duties,
     overview: &Overview,
     unix_offset: &UnixOffset,
     stop: &StopFlag,
     ready: &Ready,
 ) {
     let opened = domain.open_node("lodestoned").map_err(Into::into).and_then(|node| {
-        let kept = lanes.into_iter().map(|lane| Kept::open(&node, config, lane));
+        let kept = duties.lanes.into_iter().map(|lane| Kept::open(&node, config, lane));
         let kept = kept.collect::<Result<Vec<_>, PublisherError>>()?;
+        let world = WorldDuty::open(&node, config, duties.keeper, duties.reset)?;
         prefault(&domain.prefix)?;
-        Ok((kept, node))
+        Ok((kept, world, node))
     });
-    let (mut kept, node) = match opened {
+    let (mut kept, mut world, node) = match opened {
         Ok(opened) => opened,
         Err(e) => return drop(ready.send(Err(e))),
     };
     overview.set(kept.iter().map(|lane| lane.monitor.view()).collect());
     // The receiver waits in `start`; if that thread died, the stop flag will not come either.
     if ready.send(Ok(())).is_ok() {
-        keep(&mut kept, &node, overview, unix_offset, stop);
+        keep(&mut kept, &mut world, &node, overview, unix_offset, stop);
+    }
+}
+
+fn publish_health(lanes: &mut [Kept], world: &WorldDuty) {
+    for lane in lanes {
+        lane.publish_health(world.errors());
     }
 }
 
 fn keep(
     kept: &mut [Kept],
+    world: &mut WorldDuty,
     node: &Node<ipc::Service>,
     overview: &Overview,
     unix_offset: &UnixOffset,
@@ -190,17 +212,20 @@ fn keep(
         if last_health.elapsed() >= HEALTH_INTERVAL {
             last_health = Instant::now();
             unix_offset.refresh();
-            kept.iter_mut().for_each(Kept::publish_health);
+            publish_health(kept, world);
+            world.publish(unix_offset.as_nanos());
             // Files of consumers that were killed stay until somebody looks.
             node.try_cleanup_dead_nodes();
             space.look();
         }
         if last_look.elapsed() >= TICK {
             last_look = Instant::now();
+            world.look(unix_offset.as_nanos());
             overview.set(kept.iter().map(|lane| lane.monitor.view()).collect());
         }
     }
     // Consumers read how it ended.
-    kept.iter_mut().for_each(Kept::publish_health);
+    world.finish();
+    publish_health(kept, world);
     overview.set(kept.iter().map(|lane| lane.monitor.view()).collect());
 }

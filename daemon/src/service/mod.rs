@@ -7,3 +7,4 @@ pub mod overview;
 pub mod prefault;
 pub mod signals;
 pub mod space;
+mod world_duty;

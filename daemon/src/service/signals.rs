@@ -1,4 +1,5 @@
-//! SIGINT and SIGTERM ask for a clean stop; a second one ends the process at once.
+//! SIGINT and SIGTERM ask for a clean stop; a second one ends the process at once. SIGUSR1 asks for a
+//! new world.
 //!
 //! SIGPIPE needs nothing here: Rust's runtime ignores it before `main`, so a closed pipe is an
 //! error of the write and not the end of the daemon.
@@ -7,8 +8,18 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
 use signal_hook::flag;
+
+/// A flag that SIGUSR1 raises from now on: define the world anew.
+///
+/// # Errors
+/// What the system says when the handler cannot be installed.
+pub fn reset_on_signal() -> io::Result<Arc<AtomicBool>> {
+    let raised = Arc::new(AtomicBool::new(false));
+    flag::register(SIGUSR1, Arc::clone(&raised))?;
+    Ok(raised)
+}
 
 /// Asks every part of the daemon to stop; cheap to clone and to look at.
 #[derive(Clone, Debug, Default)]

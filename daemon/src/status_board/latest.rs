@@ -1,66 +1,26 @@
-//! The latest status: a triple buffer of atomic words.
-//!
-//! The writer fills a slot that no reader can see and exchanges it for the shared one in a single
-//! atomic operation; the reader does the same from its side. So both are wait-free, and a reader
-//! sees one report whole, never a mixture of two. (A queue of capacity one would make the lane
-//! spin while a reader is preempted inside it: with real-time priority on the same core, forever.)
-
-use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
+//! The latest status.
 
 use super::status::{LaneStatus, WORDS};
+use crate::triple_buffer::TripleBuffer;
 
-/// Set in `shared` while the slot it names holds a report that no reader took.
-const FRESH: u8 = 0b100;
-const SLOT: u8 = 0b011;
-
-type Slot = [AtomicU64; WORDS];
-
-/// Where one thread reports and others look.
+/// Where one thread reports and others look; see [`TripleBuffer`].
 #[derive(Debug)]
-pub struct Latest {
-    slots: [Slot; 3],
-    /// The slot between writer and reader.
-    shared: AtomicU8,
-    /// The slot being written; the writer's alone.
-    back: AtomicU8,
-    /// The slot being read; readers take turns, the writer never touches it.
-    front: Mutex<u8>,
-}
+pub struct Latest(TripleBuffer<WORDS>);
 
 impl Default for Latest {
     fn default() -> Self {
-        let blank = LaneStatus::default().to_words();
-        let slot = || core::array::from_fn(|word| AtomicU64::new(blank[word]));
-        Self {
-            slots: [slot(), slot(), slot()],
-            shared: AtomicU8::new(1),
-            back: AtomicU8::new(0),
-            front: Mutex::new(2),
-        }
+        Self(TripleBuffer::new(&LaneStatus::default().to_words()))
     }
 }
 
 impl Latest {
     /// Reports a status. Wait-free; for one thread only (two would mix their reports).
     pub fn report(&self, status: &LaneStatus) {
-        let back = self.back.load(Ordering::Relaxed);
-        for (place, word) in self.slots[usize::from(back)].iter().zip(status.to_words()) {
-            place.store(word, Ordering::Relaxed);
-        }
-        // Release: the words are written before the slot is handed over. Acquire: the reader has
-        // finished with the slot that comes back.
-        let given = self.shared.swap(back | FRESH, Ordering::AcqRel);
-        self.back.store(given & SLOT, Ordering::Relaxed);
+        self.0.report(&status.to_words());
     }
 
     /// The last status reported; the default before the first.
     pub fn read(&self) -> LaneStatus {
-        let mut front = self.front.lock().unwrap_or_else(PoisonError::into_inner);
-        if self.shared.load(Ordering::Relaxed) & FRESH != 0 {
-            *front = self.shared.swap(*front, Ordering::AcqRel) & SLOT;
-        }
-        let slot = &self.slots[usize::from(*front)];
-        LaneStatus::from_words(&core::array::from_fn(|word| slot[word].load(Ordering::Relaxed)))
+        LaneStatus::from_words(&self.0.read())
     }
 }

@@ -10,3 +10,4 @@ mod consumers;
 mod damaged_recordings;
 mod replay;
 mod service;
+mod world;

@@ -154,7 +154,15 @@ fn given_a_daemon_of_another_schema_version_then_the_consumer_says_so() {
     let name = ServiceName::new(&name).unwrap();
     let _service = node.service_builder(&name).publish_subscribe::<u64>().open_or_create().unwrap();
 
-    for arguments in [&["status"][..], &["watch"], &["echo", "--camera", "front"]] {
+    for arguments in [
+        &["status"][..],
+        &["watch"],
+        &["echo", "--camera", "front"],
+        &["world"],
+        &["world", "reset"],
+        &["relative"],
+        &["transforms"],
+    ] {
         let output = in_domain(lodestone().args(arguments), &other).output().unwrap();
         assert_eq!(output.status.code(), Some(1), "{}", said(&output));
         let message = String::from_utf8_lossy(&output.stderr);

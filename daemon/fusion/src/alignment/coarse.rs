@@ -74,7 +74,7 @@ impl Coarse {
         let orientation = so3::renormalise(heading * level * self.turned);
         let mut state = State::at(orientation);
         state.covariance = self.covariance(state.matrix(), field, p);
-        Aligned { state, field, field_span_s: self.span_s, at_rest: false }
+        Aligned { state, field, field_span_s: self.span_s, at_rest: false, detector: None }
     }
 
     fn covariance(&self, matrix: DMat3, field: Option<DVec3>, p: &Parameters) -> Covariance {

@@ -351,3 +351,34 @@ fn a_reset_grid_is_a_new_one() {
     assert_eq!(grid, Grid::new(parameters()));
     assert_eq!(grid.push(still(0)), Ok(Accepted::First));
 }
+
+#[test]
+fn aligned_grids_of_sensors_out_of_phase_coincide() {
+    // Given two sensors on one clock, one at 400 Hz and one at 380 Hz and out of phase, when both are
+    // gridded alike, then their steps end at the same instants and are whole.
+    let parameters = GridParameters { aligned: true, ..GridParameters::at_rate(400.0) };
+    let ends = |first_ns: i64, interval_ns: i64| {
+        let mut grid = Grid::new(parameters);
+        let mut ends = std::vec::Vec::new();
+        for k in 0..100 {
+            let time = SensorTime::from_nanos(first_ns + k * interval_ns);
+            let sample = ImuSample {
+                time,
+                gyro: Gyro::new(DVec3::X),
+                accel: Accel::new(DVec3::Z),
+                mag: None,
+                saturated: false,
+            };
+            grid.push(sample).unwrap();
+            while let Some(step) = grid.next_step() {
+                assert!((step.increment.span_s - 0.0025).abs() < 1e-12);
+                assert!((step.increment.angle.x - 0.0025).abs() < 1e-12);
+                ends.push(step.time.as_nanos());
+            }
+        }
+        ends
+    };
+    let (one, other) = (ends(7_123_456, 2_500_000), ends(8_000_001, 2_631_579));
+    assert!(one.iter().chain(&other).all(|end| end % 2_500_000 == 0));
+    assert!(one.contains(&other[0]) && other.windows(2).all(|w| w[1] - w[0] == 2_500_000));
+}

@@ -3,6 +3,7 @@
 pub(crate) mod belief;
 pub mod compass;
 pub(crate) mod fix;
+pub mod gradient;
 pub mod levelling;
 pub(crate) mod non_holonomic;
 pub(crate) mod speed;

@@ -11,6 +11,7 @@ use glam::{DMat3, DVec3};
 
 use super::belief::Belief;
 use super::{Outcome, apply_blind, apply_standing};
+use crate::alignment::Aligned;
 use crate::covariance::{Block, GYRO_BIAS, LEAKY_VELOCITY, Row, STATES, VELOCITY};
 use crate::grid::Increment;
 use crate::parameters::{Parameters, StanceParameters};
@@ -59,25 +60,29 @@ pub(crate) struct Standstill {
     /// How long the camera has been at rest, s.
     resting_s: f64,
     at_rest: bool,
-    /// The window has decided so; at the start it is the alignment that says it.
-    decided: bool,
     in_stance: bool,
     /// Velocity after the last decision, m/s.
     velocity_then: DVec3,
 }
 
 impl Standstill {
-    /// A camera that is aligned, at rest or not.
-    pub(crate) const fn new(at_rest: bool) -> Self {
+    /// Nothing decided: at the start, and after a gap.
+    pub(crate) const UNKNOWN: Self = Self {
+        rest: RestDetector::new(),
+        stance: RestDetector::new(),
+        belief: Belief::NEW,
+        resting_s: 0.0,
+        at_rest: false,
+        in_stance: false,
+        velocity_then: DVec3::ZERO,
+    };
+
+    /// As the alignment found the camera, if its window is the one that goes on.
+    pub(crate) fn begin(aligned: &Aligned) -> Self {
         Self {
-            rest: RestDetector::new(),
-            stance: RestDetector::new(),
-            belief: Belief::NEW,
-            resting_s: 0.0,
-            at_rest,
-            decided: false,
-            in_stance: false,
-            velocity_then: DVec3::ZERO,
+            rest: aligned.detector.unwrap_or_default(),
+            at_rest: aligned.detector.is_some(),
+            ..Self::UNKNOWN
         }
     }
 
@@ -88,7 +93,7 @@ impl Standstill {
 
     /// Whether the position stays where it is.
     pub(crate) const fn holds(&self) -> bool {
-        self.at_rest && self.decided
+        self.at_rest
     }
 
     /// Takes one step.
@@ -133,7 +138,6 @@ impl Standstill {
         (standing, around): (&Standing, &Around),
         p: &Parameters,
     ) -> Option<Outcome> {
-        self.decided = true;
         let (interval_s, sigma_m_s) = (p.rest.interval_s(), p.rest.velocity_sigma_m_s);
         let quiet = window.is_rest(standing, &p.rest);
         let timing = (interval_s, around.velocity_is_measured);

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{compass, levelling, standstill};
+use super::{compass, gradient, levelling, standstill};
 use crate::covariance::{
     ACCEL_BIAS, Block, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, ORIENTATION, Row, STATES, VELOCITY,
 };
@@ -90,6 +90,21 @@ fn the_compass_sees_heading_deviation_tilt_and_delay() {
         let local = crate::so3::exp(DVec3::Z * -state.deviation) * FIELD;
         let exact = differences(&state, |truth| compass_innovation(&state, truth));
         assert_close(&compass::jacobian(local, RATE.cross(local)).unwrap(), &exact);
+    }
+}
+
+#[test]
+fn the_gradient_sees_the_velocity_against_the_body() {
+    for nominal in states() {
+        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+            // What the rig's magnetometers tell in the body is turned by the estimated attitude.
+            let seen = |truth: &State| {
+                let in_body = truth.orientation().inverse().apply(truth.velocity);
+                axis.dot(nominal.orientation().apply(in_body))
+            };
+            let exact = differences(&nominal, seen);
+            assert_close(&gradient::jacobian(axis, nominal.velocity), &exact);
+        }
     }
 }
 

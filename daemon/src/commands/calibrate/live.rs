@@ -18,6 +18,7 @@ use crate::service::instance::InstanceLock;
 use crate::service::signals::StopFlag;
 use crate::source;
 use crate::status_board::LaneBoard;
+use crate::world::WorldFrame;
 
 /// Between two looks at what was collected.
 const LOOK: Duration = Duration::from_secs(1);
@@ -80,6 +81,8 @@ fn context(loaded: &Loaded, camera: usize, stop: &StopFlag) -> LaneContext {
         domain: Domain { prefix: settings.prefix.clone(), root: settings.root.clone() },
         board: Arc::new(LaneBoard::new()),
         unix_offset: UnixOffset::sampled(),
+        world: Arc::new(WorldFrame::waiting(1, 1)),
+        kept_place: None,
         stop: stop.clone(),
     }
 }

@@ -1,0 +1,53 @@
+//! Velocity by the magnetic gradient of a rig.
+//!
+//! The field tells how the rig moves against itself, and the estimated attitude turns that into the world:
+//! `z = R̂ v_body`, with `R = Exp(δθ) R̂`. Residual `z − v̂ = δv − δθ × v`, so the Jacobian is the unit matrix
+//! on the velocity error and `[v]×` on the orientation's: a wrong heading is no wrong velocity. Along the
+//! eigenvectors of the measurement's covariance the three components are independent, and taken one
+//! after the other. The gate is the window's ([`crate::rig`]), and here the innovation.
+
+use glam::{DMat3, DVec3};
+
+use super::apply_blind;
+use crate::covariance::{ORIENTATION, Row, STATES, VELOCITY};
+use crate::rig::eigen;
+use crate::state::State;
+
+/// Variance from which a direction tells nothing, (m/s)².
+const UNTOLD: f64 = 1e4;
+/// Largest normalised innovation squared in a direction: four sigma.
+const GATE_NIS: f64 = 16.0;
+
+/// Row of the Jacobian along a direction, at a velocity in the world, m/s: `e · (δv + v × δθ)`.
+pub fn jacobian(direction: DVec3, velocity: DVec3) -> Row {
+    let mut row = [0.0; STATES];
+    let by_turn = direction.cross(velocity);
+    for axis in 0..3 {
+        row[VELOCITY.0 + axis] = direction[axis];
+        row[ORIENTATION.0 + axis] = by_turn[axis];
+    }
+    row
+}
+
+/// Takes a velocity in the world, m/s, with its covariance; `false` if it contradicts the state.
+pub(crate) fn update(state: &mut State, velocity: DVec3, covariance: DMat3) -> bool {
+    let parts = eigen(covariance);
+    let told = (0..3).filter(|&k| parts.values[k] < UNTOLD);
+    let contradicts = |k: usize| {
+        let e = parts.vectors.col(k);
+        let residual = e.dot(velocity - state.velocity);
+        let variance =
+            super::innovation_variance(state, &jacobian(e, state.velocity), parts.values[k]);
+        residual * residual > GATE_NIS * variance
+    };
+    if told.clone().any(contradicts) {
+        return false;
+    }
+    for k in told {
+        let e = parts.vectors.col(k);
+        let residual = e.dot(velocity - state.velocity);
+        let row = jacobian(e, state.velocity);
+        apply_blind(state, &row, residual, parts.values[k]);
+    }
+    true
+}

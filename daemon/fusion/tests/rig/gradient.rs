@@ -1,0 +1,250 @@
+//! Walks past steel: what the gradient is worth, and that it declines where it is worth nothing.
+
+use glam::{DQuat, DVec3};
+use lodestone_fusion::rig::{GradientVerdict, RigReport};
+
+use crate::scene::{Scene, Settings, along, polygon};
+use crate::steel;
+
+/// What a walk of a minute gave.
+#[derive(Debug, Default)]
+struct Outcome {
+    /// Error of the velocity while the gate is open, m/s.
+    velocity: Vec<f64>,
+    /// NEES of it per axis, where a window opened.
+    nees: Vec<f64>,
+    /// Windows, and those that opened.
+    windows: usize,
+    open: usize,
+    /// Frobenius norm of the true gradient, µT/m.
+    gradient: Vec<f64>,
+    /// At the end, m.
+    position_error: f64,
+}
+
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Time at which the walk ends, s: a minute after it began.
+const END_S: f64 = 63.0;
+
+/// A walk, followed by the filter.
+struct Followed {
+    scene: Scene,
+    outcome: Outcome,
+    open: bool,
+    /// The heading that the field at the start gave against the true one: steel there turns the whole
+    /// estimated world, and no gradient tells.
+    turned: Option<DQuat>,
+}
+
+impl Followed {
+    fn new(settings: Settings, seed: u64) -> Self {
+        let scene = Scene::new(settings, seed);
+        Self { scene, outcome: Outcome::default(), open: false, turned: None }
+    }
+
+    fn through(mut self) -> Outcome {
+        let start = self.scene.position();
+        while self.scene.time_s() < END_S {
+            let report = self.scene.step(|_, _| {});
+            if self.scene.time_s() > 2.9 {
+                self.look(report);
+            }
+        }
+        let estimate = self.scene.filter.estimate().expect("aligned");
+        let way = self.turned.expect("aligned at rest") * (self.scene.position() - start);
+        self.outcome.position_error = (estimate.position - way).length();
+        self.outcome
+    }
+
+    fn look(&mut self, report: Option<RigReport>) {
+        let estimate = self.scene.filter.estimate().expect("three seconds of rest align");
+        let turn = estimate.orientation.quaternion() * self.scene.orientation().conjugate();
+        let turned = *self.turned.get_or_insert(turn);
+        let error = estimate.velocity - turned * self.scene.velocity();
+        if self.open {
+            self.outcome.velocity.push(error.length());
+        }
+        let Some(gradient) = report.and_then(|r| r.gradient) else { return };
+        self.open = gradient.verdict == GradientVerdict::Open;
+        self.outcome.windows += 1;
+        self.outcome.open += usize::from(self.open);
+        let steel = &self.scene.settings.steel;
+        self.outcome.gradient.push(steel::gradient_norm(steel, self.scene.position()));
+        if self.open {
+            let inverse = estimate.velocity_covariance.inverse();
+            self.outcome.nees.push(error.dot(inverse * error) / 3.0);
+        }
+    }
+}
+
+/// Walks with several seeds.
+#[derive(Debug, Default)]
+struct Walks {
+    all: Outcome,
+    with: Vec<f64>,
+    without: Vec<f64>,
+}
+
+impl Walks {
+    fn of(what: &str, seeds: u64, settings: impl Fn(u64) -> Settings) -> Self {
+        let mut walks = Self::default();
+        for seed in 0..seeds {
+            let outcome = Followed::new(settings(seed), seed).through();
+            let mut off = settings(seed);
+            off.parameters.gradient = None;
+            walks.without.push(Followed::new(off, seed).through().position_error);
+            walks.with.push(outcome.position_error);
+            walks.all.velocity.extend(outcome.velocity);
+            walks.all.nees.extend(outcome.nees);
+            walks.all.gradient.extend(outcome.gradient);
+            walks.all.windows += outcome.windows;
+            walks.all.open += outcome.open;
+        }
+        println!("{what}: {walks}");
+        walks
+    }
+
+    fn velocity_error(&self) -> f64 {
+        median(&self.all.velocity)
+    }
+
+    fn gain(&self) -> f64 {
+        median(&self.without) / median(&self.with)
+    }
+
+    fn nees(&self) -> f64 {
+        self.all.nees.iter().sum::<f64>() / self.all.nees.len() as f64
+    }
+}
+
+impl std::fmt::Display for Walks {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Outcome { windows, open, gradient, .. } = &self.all;
+        write!(
+            out,
+            "gradient {:.1} µT/m, open {open} of {windows}, velocity error {:.3} m/s (NEES {:.2}), \
+             position error after a minute {:.2} m, without {:.2} m, gain {:.1}",
+            median(gradient),
+            self.velocity_error(),
+            self.nees(),
+            median(&self.with),
+            median(&self.without),
+            self.gain()
+        )
+    }
+}
+
+#[test]
+fn past_steel_the_velocity_is_good_and_the_way_five_times_better() {
+    let walks = Walks::of("indoors", 10, Settings::indoors);
+    assert!(walks.velocity_error() <= 0.06, "{walks}");
+    assert!(walks.gain() >= 5.0, "{walks}");
+    assert!((0.2..1.5).contains(&walks.nees()), "{walks}");
+}
+
+#[test]
+fn what_calibrations_leave_is_learnt() {
+    let walks = Walks::of("biases of 0.3 µT, scale errors of 0.7 %", 4, |seed| Settings {
+        mag_bias_ut: 0.3,
+        scale_error: 7e-3,
+        ..Settings::indoors(seed)
+    });
+    assert!(walks.velocity_error() <= 0.1, "{walks}");
+    assert!(walks.gain() >= 5.0, "{walks}");
+}
+
+#[test]
+fn four_cameras_do_better_than_three() {
+    let three = Walks::of("three", 4, Settings::indoors);
+    let four = Walks::of("four", 4, |seed| Settings {
+        mountings: polygon(4, 0.5),
+        ..Settings::indoors(seed)
+    });
+    assert!(four.velocity_error() < three.velocity_error());
+    assert!(four.all.open > three.all.open);
+}
+
+#[test]
+fn walking_fast_and_slowly_swaying_and_stopping() {
+    let vary = |what, change: fn(&mut Settings)| {
+        Walks::of(what, 4, |seed| {
+            let mut settings = Settings::indoors(seed);
+            change(&mut settings);
+            settings
+        })
+    };
+    let slow = vary("slow", |s| s.walk.speed_m_s = 0.5);
+    assert!(slow.velocity_error() <= 0.06 && slow.gain() >= 5.0, "{slow}");
+    let fast = vary("fast", |s| s.walk.speed_m_s = 1.8);
+    assert!(fast.velocity_error() <= 0.12 && fast.gain() >= 5.0, "{fast}");
+    let swaying = vary("swaying", |s| (s.walk.bounce_m, s.walk.sway_rad) = (0.04, 0.15));
+    assert!(swaying.velocity_error() <= 0.08 && swaying.gain() >= 5.0, "{swaying}");
+    let stopping = vary("stopping", |s| {
+        s.walk.starts_and_stops = vec![3.0, 10.0, 13.0, 22.0, 24.0, 35.0, 45.0, 55.0, 58.0];
+    });
+    assert!(stopping.velocity_error() <= 0.06 && median(&stopping.with) < 0.5, "{stopping}");
+}
+
+#[test]
+fn denser_and_farther_steel() {
+    let walks = Walks::of("dense", 4, |seed| {
+        let mut settings = Settings::indoors(seed);
+        settings.steel = along(&settings.walk, seed, 1.0, 200.0, 1.5..2.5);
+        settings
+    });
+    assert!(walks.velocity_error() <= 0.09 && walks.gain() >= 5.0, "{walks}");
+    let walks = Walks::of("far", 4, |seed| {
+        let mut settings = Settings::indoors(seed);
+        settings.steel = along(&settings.walk, seed, 2.7, 1000.0, 2.4..3.6);
+        settings
+    });
+    assert!(walks.velocity_error() <= 0.08 && walks.gain() >= 5.0, "{walks}");
+}
+
+#[test]
+fn in_a_uniform_field_the_gate_stays_shut_and_nothing_is_lost() {
+    for bias in [0.0, 0.3, 1.0] {
+        let walks = Walks::of("uniform", 4, |seed| Settings {
+            steel: Vec::new(),
+            mag_bias_ut: bias,
+            ..Settings::indoors(seed)
+        });
+        assert_eq!(walks.all.open, 0, "{walks}");
+        assert!(walks.gain() > 0.97, "{walks}");
+    }
+}
+
+#[test]
+fn the_rigs_own_field_carries_no_velocity() {
+    // Given magnets of several µT on the rig that no calibration took out, when it walks in a uniform
+    // field, then its gradient, which moves along, does no harm.
+    let walks = Walks::of("own field", 6, |seed| Settings {
+        steel: Vec::new(),
+        mag_bias_ut: 5.0,
+        ..Settings::indoors(seed)
+    });
+    assert!(walks.all.open * 100 <= walks.all.windows, "{walks}");
+    assert!(walks.gain() > 0.95, "{walks}");
+}
+
+#[test]
+fn two_cameras_and_cameras_in_a_line_tell_no_velocity() {
+    let line = |count: usize| {
+        let mut mountings = polygon(count, 0.5);
+        for (k, mounting) in mountings.iter_mut().enumerate() {
+            let place = DVec3::Y * (0.3 * k as f64);
+            (mounting.imu_m, mounting.magnetometer_m) = (place, place);
+        }
+        mountings
+    };
+    for count in [2, 3] {
+        let settings = Settings { mountings: line(count), ..Settings::indoors(1) };
+        let outcome = Followed::new(settings, 1).through();
+        assert_eq!((outcome.windows, outcome.open), (0, 0), "{count} in a line");
+    }
+}
