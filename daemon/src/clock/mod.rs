@@ -36,6 +36,10 @@ const RESTART_BELOW_NS: f64 = 10e6;
 /// Sensor time this much behind the newest: the sensor's clock was set. ns.
 const RESTART_BACK_NS: i64 = 1_000_000_000;
 
+/// Rounds in which the line is inverted: its slope is a few hundredths at most, and each round leaves that
+/// part of the error before.
+const INVERSE_ROUNDS: usize = 6;
+
 /// Maps one sensor's clock to the host's, learning offset and drift from arrivals.
 ///
 /// Calls no clock and allocates nothing. UNIX time plays no part, so setting it changes nothing.
@@ -105,10 +109,8 @@ impl SensorClock {
     /// The opposite of [`SensorClock::host_time`] but for what that one does to keep its times in order.
     pub fn sensor_time(&self, at: HostTime) -> Option<SensorTime> {
         let state = self.state.as_ref()?;
-        // The line's slope is a few hundredths at most: each round leaves that part of the error before.
-        const ROUNDS: usize = 6;
         let mut taken = state.newest.0;
-        for _ in 0..ROUNDS {
+        for _ in 0..INVERSE_ROUNDS {
             let ahead_ns = at.as_nanos().saturating_sub(state.line(taken, self.nominal_rate));
             let span_s = ahead_ns as f64 * 1e-9 / self.nominal_rate;
             taken = taken + SensorSpan::from_secs_f64(span_s);
