@@ -11,6 +11,7 @@
 mod aiding;
 mod conditioner;
 mod core;
+mod heard;
 mod message;
 mod settings;
 #[cfg(test)]
