@@ -22,5 +22,5 @@ mod worker;
 pub use conditioner::Conditioner;
 pub use core::{Core, CoreCounts, Phase, StepOutput, Taken};
 pub use message::{pose_row, sample_message, status_of, validity_of};
-pub use settings::{LaneSettings, Timing};
+pub use settings::{LaneSettings, SettingsError, Timing, low_pass_of};
 pub use worker::{Publish, Worker};
