@@ -213,6 +213,7 @@ fn choices_are_the_words_of_the_enums() {
     let choices: BTreeMap<&str, BTreeSet<String>> = [
         ("world.north", words_of::<North>()),
         ("lane.threads", words_of::<Threads>()),
+        ("estimator.preset", words_of::<Preset>()),
         ("estimator.heading", words_of::<HeadingMode>()),
         ("estimator.preset", words_of::<Preset>()),
         ("camera.driver", words_of::<DriverKind>()),

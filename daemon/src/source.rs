@@ -17,6 +17,7 @@ use crate::driver::synthetic::{SyntheticDriver, SyntheticError, TruthSource};
 use crate::driver::zed2::Zed2;
 use crate::driver::zed2::discovery::OpenError;
 use crate::publisher::blank_pose;
+use crate::rig::is_member;
 use crate::service::housekeeping::TruthProvider;
 use crate::status_board::LaneBoard;
 
@@ -82,7 +83,12 @@ fn zed2(camera: &Camera) -> Result<Zed2, OpenError> {
 }
 
 fn synthetic(context: &LaneContext, camera: &Camera) -> Result<Source, SyntheticError> {
-    let driver = SyntheticDriver::new(camera, &context.loaded.config.world)?;
+    let config = &context.loaded.config;
+    let driver = if is_member(config, context.camera) {
+        SyntheticDriver::riding(camera, config.leader_of(camera), &config.world)?
+    } else {
+        SyntheticDriver::new(camera, &config.world)?
+    };
     let truth = BesideTheLane {
         truth: driver.truth_source(),
         board: Arc::clone(&context.board),
