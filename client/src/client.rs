@@ -12,6 +12,7 @@ use lodestone_schema::{DEFAULT_PREFIX, DEFAULT_ROOT, ServiceKind, WORLD_NAME, is
 use rustix::fs::{Access, access};
 use rustix::io::Errno;
 
+use crate::aiding::AidingPublisher;
 use crate::error::{CameraNameError, ConnectError};
 use crate::pose_stream::{PoseStream, PoseStreamBuilder};
 use crate::relative::RelativeStream;
@@ -175,6 +176,14 @@ impl Client {
     /// [`CameraNameError`].
     pub fn samples(&self, camera: &str) -> Result<SampleStream, CameraNameError> {
         checked(camera).map(|camera| Stream::new(self.clone(), camera))
+    }
+
+    /// A way to tell a camera's lane what this process measures of its motion.
+    ///
+    /// # Errors
+    /// [`CameraNameError`].
+    pub fn aiding(&self, camera: &str) -> Result<AidingPublisher, CameraNameError> {
+        Ok(AidingPublisher::new(self.clone(), self.poses(camera)?))
     }
 
     /// The world that all cameras share, about once a second and when it changes.

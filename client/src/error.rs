@@ -137,6 +137,38 @@ pub enum StreamError {
     },
 }
 
+/// Why a measurement was not handed to the daemon.
+#[derive(Debug, thiserror::Error)]
+pub enum AidingError {
+    /// A number is not finite.
+    #[error("{what} is not finite")]
+    NotFinite {
+        /// What it is.
+        what: &'static str,
+    },
+    /// A standard deviation or variance is not above zero.
+    #[error("{what} is not above zero")]
+    NotPositive {
+        /// What it is.
+        what: &'static str,
+    },
+    /// The camera's lane publishes nothing, so it cannot be told for whom the measurement is.
+    #[error(transparent)]
+    Stream(#[from] StreamError),
+    /// The aiding service cannot be opened.
+    #[error(transparent)]
+    Connect(#[from] ConnectError),
+    /// The lane does not listen, or no longer; try again.
+    #[error("nobody listens to aiding measurements: is the daemon running?")]
+    NobodyListens,
+    /// The transport refused.
+    #[error("cannot hand over a measurement: {what}")]
+    Transport {
+        /// What iceoryx2 says.
+        what: String,
+    },
+}
+
 /// Fields of a pose that were asked for and are not known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("not valid: {}", names(*.0))]

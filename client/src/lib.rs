@@ -43,6 +43,7 @@
 // Tests count in small numbers, and compare what must be equal to the bit.
 #![cfg_attr(test, allow(clippy::cast_possible_wrap, clippy::float_cmp))]
 
+mod aiding;
 mod batch;
 mod client;
 mod covariance;
@@ -68,9 +69,12 @@ mod transform;
 mod transforms;
 mod world;
 
+pub use aiding::AidingPublisher;
 pub use batch::Batch;
 pub use client::{Client, ClientBuilder, PREFIX_VARIABLE, ROOT_VARIABLE};
-pub use error::{CameraNameError, ConnectError, LookupError, MessageError, NotValid, StreamError};
+pub use error::{
+    AidingError, CameraNameError, ConnectError, LookupError, MessageError, NotValid, StreamError,
+};
 pub use frame::{Body, Frame, Optical, Rotation, World};
 pub use health::LaneHealth;
 pub use history::History;

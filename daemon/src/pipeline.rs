@@ -10,7 +10,7 @@ use lodestone_config::model::Threads;
 use crate::commands::supervision::{LaneContext, LaneFailure, LaneThread, Ready, StartedLane};
 use crate::driver::{Driver, SourceState};
 use crate::lane::{Core, LaneSettings, Publish, Worker};
-use crate::publisher::LanePublisher;
+use crate::publisher::{AidingInbox, LanePublisher};
 use crate::reading::HostTime;
 use crate::ring::{Consumer, Producer, ring};
 use crate::source::{Source, open};
@@ -48,6 +48,8 @@ fn run(context: &LaneContext, source: Source, ready: Ready) -> Result<(), LaneFa
     .map_err(LaneFailure::of)?;
     let publisher = LanePublisher::open(&context.domain, &config.shared_memory, &camera.name)
         .map_err(LaneFailure::of)?;
+    let inbox = AidingInbox::open(&context.domain, &config.shared_memory, &camera.name)
+        .map_err(LaneFailure::of)?;
     let board = Arc::clone(&context.board);
     let membership = context.membership(&settings);
     let core = Core::in_world(&settings, membership);
@@ -57,10 +59,10 @@ fn run(context: &LaneContext, source: Source, ready: Ready) -> Result<(), LaneFa
     ready.tell();
     match config.lane.threads {
         Threads::One => {
-            run_on_one_thread(context, driver, producer, consumer, worker);
+            run_on_one_thread(context, driver, (producer, consumer), worker, inbox);
             Ok(())
         }
-        Threads::Two => run_on_two_threads(context, driver, producer, consumer, worker),
+        Threads::Two => run_on_two_threads(context, driver, (producer, consumer), worker, inbox),
     }
 }
 
@@ -68,12 +70,13 @@ fn run(context: &LaneContext, source: Source, ready: Ready) -> Result<(), LaneFa
 fn run_on_one_thread<P: Publish>(
     context: &LaneContext,
     mut driver: Box<dyn Driver>,
-    mut producer: Producer,
-    mut consumer: Consumer,
+    (mut producer, mut consumer): (Producer, Consumer),
     mut worker: Worker<P>,
+    mut inbox: AidingInbox,
 ) {
     while !context.stop.is_raised() {
         let state = driver.poll(PATIENCE, &mut producer);
+        hear(&mut worker, &mut inbox);
         while let Some(reading) = consumer.pop() {
             worker.take(&reading);
         }
@@ -90,13 +93,14 @@ fn run_on_one_thread<P: Publish>(
 fn run_on_two_threads<P: Publish>(
     context: &LaneContext,
     driver: Box<dyn Driver>,
-    producer: Producer,
-    mut consumer: Consumer,
+    (producer, mut consumer): (Producer, Consumer),
     mut worker: Worker<P>,
+    mut inbox: AidingInbox,
 ) -> Result<(), LaneFailure> {
     let reader = Reader::start(context, driver, producer)?;
     while !(consumer.is_closed() && consumer.is_empty()) {
         consumer.wait(PATIENCE);
+        hear(&mut worker, &mut inbox);
         while let Some(reading) = consumer.pop() {
             worker.take(&reading);
         }
@@ -149,6 +153,13 @@ impl Reader {
     /// [`LaneFailure`] if the driver panicked.
     pub(crate) fn join(self) -> Result<(), LaneFailure> {
         self.thread.join().map_err(|_| LaneFailure::Panic("the driver's thread".into()))
+    }
+}
+
+/// What others measured goes before the readings that came with it: the core keeps what is ahead.
+fn hear<P: Publish>(worker: &mut Worker<P>, inbox: &mut AidingInbox) {
+    while let Some(message) = inbox.next_message() {
+        worker.hear(&message);
     }
 }
 

@@ -15,7 +15,7 @@ mod tests;
 mod unix;
 
 use envelope::{Envelope, Line};
-use lodestone_fusion::SensorTime;
+use lodestone_fusion::{SensorSpan, SensorTime};
 pub use unix::{UnixOffset, unix_offset_ns};
 
 use crate::reading::HostTime;
@@ -35,6 +35,10 @@ const RESTART_BELOW_NS: f64 = 10e6;
 
 /// Sensor time this much behind the newest: the sensor's clock was set. ns.
 const RESTART_BACK_NS: i64 = 1_000_000_000;
+
+/// Rounds in which the line is inverted: its slope is a few hundredths at most, and each round leaves that
+/// part of the error before.
+const INVERSE_ROUNDS: usize = 6;
 
 /// Maps one sensor's clock to the host's, learning offset and drift from arrivals.
 ///
@@ -100,6 +104,20 @@ impl SensorClock {
         Some(self.last_mapped)
     }
 
+    /// The sensor time of a host time, by the line as it is now; `None` before the first arrival.
+    ///
+    /// The opposite of [`SensorClock::host_time`] but for what that one does to keep its times in order.
+    pub fn sensor_time(&self, at: HostTime) -> Option<SensorTime> {
+        let state = self.state.as_ref()?;
+        let mut taken = state.newest.0;
+        for _ in 0..INVERSE_ROUNDS {
+            let ahead_ns = at.as_nanos().saturating_sub(state.line(taken, self.nominal_rate));
+            let span_s = ahead_ns as f64 * 1e-9 / self.nominal_rate;
+            taken = taken + SensorSpan::from_secs_f64(span_s);
+        }
+        Some(taken)
+    }
+
     /// Host seconds per sensor second over the nominal ones, minus one; 0 until it is known.
     pub fn drift(&self) -> f64 {
         self.state.as_ref().map_or(0.0, |state| state.target.slope / self.nominal_rate)
@@ -158,10 +176,14 @@ impl State {
         self.applied = Line { x, y: carried + step, slope: self.target.slope };
     }
 
-    fn map(&self, taken: SensorTime, nominal_rate: f64) -> HostTime {
+    /// Where the applied line puts a sensor time, ns of the host.
+    fn line(&self, taken: SensorTime, nominal_rate: f64) -> i64 {
         let nominal = self.nominal(taken, nominal_rate).as_nanos();
-        let line = self.applied.at(self.x(taken)).round() as i64;
-        let mapped = HostTime::from_nanos(nominal.saturating_add(line));
+        nominal.saturating_add(self.applied.at(self.x(taken)).round() as i64)
+    }
+
+    fn map(&self, taken: SensorTime, nominal_rate: f64) -> HostTime {
+        let mapped = HostTime::from_nanos(self.line(taken, nominal_rate));
         if taken <= self.newest.0 { mapped.min(self.newest.1) } else { mapped }
     }
 

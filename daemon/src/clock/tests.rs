@@ -249,3 +249,22 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_host_time_leads_back_to_its_sensor_time() {
+    // Given a sensor that runs two percent fast, when the clock has learnt it, then times of the last
+    // seconds, and of those to come, lead there and back within a microsecond.
+    let mut clock = SensorClock::default();
+    assert_eq!(clock.sensor_time(host(START)), None);
+    for k in 0..8_000_i64 {
+        let taken = k * 2_500_000;
+        let arrival = START + (taken as f64 * 0.98).round() as i64;
+        clock.observe(sensor(taken), host(arrival), 0);
+    }
+    for ago_s in [2.0, 0.5, 0.0, -0.5] {
+        let taken = sensor(19_997_500_000 - (ago_s * 1e9) as i64);
+        let at = clock.state.as_ref().map(|s| s.line(taken, 1.0)).map(host);
+        let back = at.and_then(|at| clock.sensor_time(at)).expect("known by now");
+        assert!((back - taken).as_nanos().abs() < 1_000, "{back:?} for {taken:?}");
+    }
+}

@@ -15,10 +15,11 @@ use lodestone_schema::Status;
 
 use crate::cli::{PresetArg, ReplayArgs, WorldAxes};
 use crate::driver::replay::{ReplayDriver, ReplayError};
-use crate::driver::synthetic::FieldError;
 use crate::driver::{Driver, SourceState};
 use crate::hindsight::{HeldRow, Hindsight};
-use crate::lane::{Core, CoreCounts, LaneSettings, Phase, StepOutput, Taken, pose_row, status_of};
+use crate::lane::{
+    Core, CoreCounts, LaneSettings, Phase, SettingsError, StepOutput, Taken, pose_row, status_of,
+};
 use crate::pose_axes::Axes;
 use crate::poses_csv::{PosesError, PosesWriter};
 use crate::reading::Reading;
@@ -60,7 +61,7 @@ pub enum ReplayCommandError {
     },
     /// True north is not known.
     #[error(transparent)]
-    Field(#[from] FieldError),
+    Settings(#[from] SettingsError),
     /// Poses cannot be written.
     #[error(transparent)]
     Write(#[from] PosesError),

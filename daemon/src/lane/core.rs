@@ -126,7 +126,7 @@ impl Core {
         Self {
             membership,
             conditioner: settings.conditioner.clone(),
-            grid: Grid::new(settings.grid),
+            grid: Grid::new(settings.grid).with_low_pass(settings.low_pass),
             estimator: Estimator::new(settings.estimator),
             parameters: settings.estimator,
             reset_after: settings.timing.reset_after,

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use lodestone_fusion::SensorTime;
-use lodestone_schema::{CalibratedSample, LaneState, Pose, Status, Validity};
+use lodestone_schema::{Aiding, CalibratedSample, LaneState, Pose, Status, Validity};
 
 use super::core::{Core, Phase, StepOutput};
+use super::heard::{Addressee, understood};
 use super::message::{fill_pose, sample_message, wait_of};
 use super::settings::LaneSettings;
 use crate::clock::{SensorClock, UnixOffset};
@@ -110,6 +111,20 @@ impl<P: Publish> Worker<P> {
             outlet.report_state(&self.core);
         }
         self.count();
+    }
+
+    /// Takes a measurement of another process.
+    pub fn hear(&mut self, message: &Aiding) {
+        let outlet = &self.outlet;
+        let to = Addressee {
+            camera_id: outlet.settings.camera_id,
+            world_epoch: outlet.pose.world_epoch,
+        };
+        let valid_at = outlet.clock.sensor_time(HostTime::from_nanos(message.time_ns));
+        match valid_at.and_then(|time| understood(message, time, to)) {
+            Some(aid) => self.core.aid(aid),
+            None => self.core.count_invalid_aid(),
+        }
     }
 
     /// Looks after the source when the ring is empty: silence makes the pose stale.

@@ -7,6 +7,7 @@
 //! one, so both happen after the message is out. Nothing else allocates, ours or iceoryx2's,
 //! except while a subscriber joins or leaves.
 
+mod inbox;
 mod lane;
 mod port;
 mod qos;
@@ -14,6 +15,7 @@ mod side;
 mod wake;
 mod world;
 
+pub use inbox::AidingInbox;
 pub use lane::LanePublisher;
 pub(crate) use lane::blank_pose;
 pub use port::PublisherError;

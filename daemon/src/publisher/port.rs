@@ -32,6 +32,12 @@ pub enum PublisherError {
         /// What iceoryx2 says.
         what: String,
     },
+    /// The lane could not listen to other processes.
+    #[error("cannot receive aiding measurements: {what}")]
+    Inbox {
+        /// What iceoryx2 says.
+        what: String,
+    },
     /// The memory could not be reserved.
     #[error(transparent)]
     Prefault(#[from] PrefaultError),

@@ -8,8 +8,7 @@ use lodestone_fusion::{
     FieldReference, GridParameters, Parameters, Rotation, SensorNoise, VehicleParameters,
 };
 
-use crate::driver::synthetic::FieldError;
-use crate::lane::{Conditioner, LaneSettings, Timing};
+use crate::lane::{Conditioner, LaneSettings, SettingsError, Timing};
 use crate::world::MemberSettings as Place;
 
 /// Why a rig cannot be made.
@@ -18,9 +17,9 @@ pub enum RigError {
     /// Its members' places.
     #[error("body {0:?}: {1}")]
     Geometry(String, GeometryError),
-    /// True north is not known.
+    /// A member's lane.
     #[error(transparent)]
-    Field(#[from] FieldError),
+    Lane(#[from] SettingsError),
     /// A member's calibration cannot be used.
     #[error(transparent)]
     Calibration(#[from] LoadError),

@@ -53,6 +53,10 @@ const FOLLOWING: f64 = 0.1;
 /// Time for a start to show in the velocity before the next standstill is believed, s.
 const SETTLE_S: f64 = 1.0;
 
+/// Time in which the force must not have changed before a standstill is believed, s: a braking that ends
+/// gently still changes it.
+const STEADY_S: f64 = 0.3;
+
 /// What is known of standstills.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Belief {
@@ -60,6 +64,7 @@ pub(crate) struct Belief {
     usual: Option<Scatter>,
     /// Mean force of the present quiet, m/s² in the body.
     steady: Option<DVec3>,
+    steady_s: f64,
     /// The present quiet is believed to be a standstill.
     believed: bool,
     /// Time since a standstill was seen to end, s.
@@ -71,6 +76,7 @@ impl Belief {
         doubted_s: 0.0,
         usual: None,
         steady: None,
+        steady_s: STEADY_S,
         believed: false,
         since_start_s: f64::INFINITY,
     };
@@ -91,10 +97,12 @@ impl Belief {
             }
             self.steady = None;
             self.doubted_s = 0.0;
+            self.steady_s = 0.0;
         }
         let steady = self.steady.get_or_insert(window.force);
         *steady += FOLLOWING * (window.force - *steady);
-        if self.since_start_s < SETTLE_S {
+        self.steady_s += span_s;
+        if self.since_start_s < SETTLE_S || (!self.believed && self.steady_s < STEADY_S) {
             return false;
         }
         let patience = if velocity_is_measured { 0.0 } else { self.doubted_s };
@@ -125,6 +133,7 @@ impl Belief {
     pub(crate) const fn end_quiet(&mut self) {
         self.doubted_s = 0.0;
         self.steady = None;
+        self.steady_s = 0.0;
         self.believed = false;
     }
 

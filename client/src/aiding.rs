@@ -1,0 +1,235 @@
+//! Telling the daemon what this process knows of a camera's motion.
+
+use core::fmt;
+
+use glam::{DMat3, DVec3};
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::prelude::ipc;
+use lodestone_schema::transport::{PublishSubscribe, open_for_reading};
+use lodestone_schema::{Aiding, AidingKind, AidingOrigin, ServiceKind};
+
+use crate::client::Client;
+use crate::error::{AidingError, ConnectError};
+use crate::frame::{Body, Rotation, World};
+use crate::pose_stream::PoseStream;
+
+/// Offers measurements to one camera's lane: speed, position, pose, velocity.
+///
+/// The daemon weighs each by its covariance, at the time it was valid, up to two seconds ago, and refuses
+/// what does not fit ([`crate::CameraPose::aids_used`] and [`crate::CameraPose::aids_refused`] tell).
+/// A speed counts only where the camera is configured to sit on a vehicle.
+///
+/// ```no_run
+/// use lodestone_client::{Client, monotonic_now_ns};
+///
+/// let mut front = Client::connect()?.aiding("front")?;
+/// loop {
+///     let wheel_speed_m_s = 8.3; // from the vehicle's bus
+///     front.speed(monotonic_now_ns(), wheel_speed_m_s, Some(0.05))?;
+///     std::thread::sleep(std::time::Duration::from_millis(20));
+/// }
+/// # #[allow(unreachable_code)]
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct AidingPublisher {
+    client: Client,
+    poses: PoseStream,
+    port: Option<Port>,
+    origin: AidingOrigin,
+    lever_arm_m: DVec3,
+    sequence: u64,
+}
+
+struct Port {
+    publisher: Publisher<ipc::Service, Aiding, ()>,
+    /// The service stays in existence while this is held.
+    _service: PublishSubscribe<Aiding>,
+}
+
+impl AidingPublisher {
+    pub(crate) fn new(client: Client, poses: PoseStream) -> Self {
+        let (origin, lever_arm_m) = (AidingOrigin::Other, DVec3::ZERO);
+        Self { client, poses, port: None, origin, lever_arm_m, sequence: 0 }
+    }
+
+    /// Says what the measurements are made with; default [`AidingOrigin::Other`].
+    #[must_use]
+    pub const fn made_with(mut self, origin: AidingOrigin) -> Self {
+        self.origin = origin;
+        self
+    }
+
+    /// Says which point is measured: an antenna, from the camera's body origin in the body frame, m.
+    #[must_use]
+    pub const fn at_lever_arm(mut self, lever_arm_m: DVec3) -> Self {
+        self.lever_arm_m = lever_arm_m;
+        self
+    }
+
+    /// Forward speed of the vehicle, m/s, backwards negative, valid at a time of `CLOCK_MONOTONIC`, ns; with
+    /// its standard deviation, or the daemon's own guess.
+    ///
+    /// # Errors
+    /// [`AidingError`].
+    pub fn speed(
+        &mut self,
+        time_ns: i64,
+        speed_m_s: f64,
+        sigma_m_s: Option<f64>,
+    ) -> Result<(), AidingError> {
+        let mut message = blank(AidingKind::ForwardSpeed, time_ns);
+        message.value[0] = finite("speed", speed_m_s)?;
+        if let Some(sigma) = sigma_m_s {
+            message.value_covariance[0] = positive("sigma", sigma)?.powi(2);
+        }
+        self.send(message)
+    }
+
+    /// Position in the world, m, with its covariance, m², valid at a time of `CLOCK_MONOTONIC`, ns.
+    ///
+    /// # Errors
+    /// [`AidingError`].
+    pub fn position(
+        &mut self,
+        time_ns: i64,
+        position_m: DVec3,
+        covariance_m2: DMat3,
+    ) -> Result<(), AidingError> {
+        self.vector(AidingKind::Position, time_ns, position_m, covariance_m2)
+    }
+
+    /// Velocity in the world, m/s, with its covariance, (m/s)², valid at a time of `CLOCK_MONOTONIC`, ns.
+    ///
+    /// # Errors
+    /// [`AidingError`].
+    pub fn velocity(
+        &mut self,
+        time_ns: i64,
+        velocity_m_s: DVec3,
+        covariance_m2_s2: DMat3,
+    ) -> Result<(), AidingError> {
+        self.vector(AidingKind::Velocity, time_ns, velocity_m_s, covariance_m2_s2)
+    }
+
+    /// Position and orientation in the world with their covariances, m² and rad² about the world's axes, valid
+    /// at a time of `CLOCK_MONOTONIC`, ns.
+    ///
+    /// # Errors
+    /// [`AidingError`].
+    pub fn pose(
+        &mut self,
+        time_ns: i64,
+        (position_m, covariance_m2): (DVec3, DMat3),
+        (orientation, covariance_rad2): (Rotation<World, Body>, DMat3),
+    ) -> Result<(), AidingError> {
+        let mut message = blank(AidingKind::Pose, time_ns);
+        message.value = vector("position", position_m)?;
+        message.value_covariance = upper_triangle("covariance", covariance_m2)?;
+        message.orientation = orientation.quaternion().to_array();
+        message.orientation_covariance_rad2 =
+            upper_triangle("orientation covariance", covariance_rad2)?;
+        self.send(message)
+    }
+
+    fn vector(
+        &mut self,
+        kind: AidingKind,
+        time_ns: i64,
+        value: DVec3,
+        covariance: DMat3,
+    ) -> Result<(), AidingError> {
+        let mut message = blank(kind, time_ns);
+        message.value = vector("value", value)?;
+        message.value_covariance = upper_triangle("covariance", covariance)?;
+        self.send(message)
+    }
+
+    fn send(&mut self, mut message: Aiding) -> Result<(), AidingError> {
+        // The lane's poses tell which camera and which world it is, also after a restart.
+        let latest = self.poses.latest()?;
+        message.camera_id = latest.camera_id();
+        message.world_epoch = latest.world_epoch();
+        message.origin = self.origin.code();
+        message.lever_arm_m = self.lever_arm_m.to_array();
+        message.sequence = self.sequence;
+        let port = match &mut self.port {
+            Some(port) => port,
+            none => none.insert(open(&self.client, self.poses.camera())?),
+        };
+        let sent = port.publisher.send_copy(message).map_err(|error| error.to_string());
+        match sent {
+            // Nobody listens: the daemon went, and a new one may have made the service anew.
+            Ok(0) => {
+                self.port = None;
+                Err(AidingError::NobodyListens)
+            }
+            Ok(_) => {
+                self.sequence += 1;
+                Ok(())
+            }
+            Err(what) => {
+                self.port = None;
+                Err(AidingError::Transport { what })
+            }
+        }
+    }
+}
+
+fn open(client: &Client, camera: &str) -> Result<Port, ConnectError> {
+    let node = client.node()?;
+    let service = open_for_reading::<Aiding>(&node, ServiceKind::Aiding, camera)?;
+    let publisher = service.publisher_builder().create().map_err(|error| {
+        ConnectError::Transport { camera: camera.into(), what: error.to_string() }
+    })?;
+    Ok(Port { publisher, _service: service })
+}
+
+const fn blank(kind: AidingKind, time_ns: i64) -> Aiding {
+    Aiding {
+        sequence: 0,
+        camera_id: 0,
+        world_epoch: 0,
+        kind: kind.code(),
+        origin: 0,
+        reserved: [0; 6],
+        time_ns,
+        value: [f64::NAN; 3],
+        orientation: [f64::NAN; 4],
+        value_covariance: [f64::NAN; 6],
+        orientation_covariance_rad2: [f64::NAN; 6],
+        lever_arm_m: [0.0; 3],
+    }
+}
+
+fn finite(what: &'static str, value: f64) -> Result<f64, AidingError> {
+    if value.is_finite() { Ok(value) } else { Err(AidingError::NotFinite { what }) }
+}
+
+fn positive(what: &'static str, value: f64) -> Result<f64, AidingError> {
+    if finite(what, value)? > 0.0 { Ok(value) } else { Err(AidingError::NotPositive { what }) }
+}
+
+fn vector(what: &'static str, value: DVec3) -> Result<[f64; 3], AidingError> {
+    if value.is_finite() { Ok(value.to_array()) } else { Err(AidingError::NotFinite { what }) }
+}
+
+/// `xx xy xz yy yz zz`.
+fn upper_triangle(what: &'static str, c: DMat3) -> Result<[f64; 6], AidingError> {
+    if !c.is_finite() {
+        return Err(AidingError::NotFinite { what });
+    }
+    for axis in 0..3 {
+        positive(what, c.col(axis)[axis])?;
+    }
+    Ok([c.x_axis.x, c.y_axis.x, c.z_axis.x, c.y_axis.y, c.z_axis.y, c.z_axis.z])
+}
+
+impl fmt::Debug for AidingPublisher {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.debug_struct("AidingPublisher")
+            .field("camera", &self.poses.camera())
+            .field("connected", &self.port.is_some())
+            .field("sent", &self.sequence)
+            .finish_non_exhaustive()
+    }
+}
