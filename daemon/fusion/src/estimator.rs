@@ -17,6 +17,7 @@ use crate::so3;
 use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
 use crate::update::compass::CompassReport;
+use crate::update::gradient::Held;
 use crate::update::{Outcome, gradient};
 
 pub(crate) mod place;
@@ -249,13 +250,15 @@ impl Estimator {
         report
     }
 
-    /// Takes a velocity in the world, m/s, that a rig's magnetometers tell, with its covariance; `false`
-    /// if it contradicts the state.
-    pub(crate) fn aid_by_gradient(&mut self, velocity: DVec3, covariance: DMat3) -> bool {
-        let Some(state) = &mut self.state else { return false };
+    /// Takes a velocity in the world, m/s, that a rig's magnetometers tell, with its covariance. It
+    /// counts as an aid of the position once it holds the velocity in all directions.
+    pub(crate) fn aid_by_gradient(&mut self, velocity: DVec3, covariance: DMat3) -> Held {
+        let Some(state) = &mut self.state else { return Held::Contradicted };
         follow(state, &mut self.pending, &self.noise);
         let used = gradient::update(state, velocity, covariance);
-        self.aids.ledger.note(AidKind::Gradient, used);
+        if used != Held::Partly {
+            self.aids.ledger.note(AidKind::Gradient, used == Held::Wholly);
+        }
         state.covariance.restore();
         used
     }

@@ -3,7 +3,7 @@
 //! | column | unit | |
 //! |---|---|---|
 //! | `t` | s | end of the window |
-//! | `verdict` | | `open`, or why not |
+//! | `verdict` | | `open`; `partial`, used, but not all directions are held; or why not |
 //! | `vx vy vz` | m/s | velocity of the filter point in the world |
 //! | `velocity_sigma_m_s` | m/s | standard deviation along the best known direction |
 //! | `directions` | | directions in which the gradient tells the velocity |
@@ -38,6 +38,7 @@ pub const fn verdict_name(verdict: GradientVerdict) -> &'static str {
     match verdict {
         GradientVerdict::Collecting => "collecting",
         GradientVerdict::Open => "open",
+        GradientVerdict::Partial => "partial",
         GradientVerdict::Array => "array",
         GradientVerdict::Uniform => "uniform",
         GradientVerdict::Still => "still",

@@ -15,6 +15,7 @@ use crate::grid::{Increment, Step};
 use crate::parameters::{Parameters, SensorNoise};
 use crate::quantity::Mag;
 use crate::time::{SensorSpan, SensorTime};
+use crate::update::gradient::Held;
 
 /// Parameters of a rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -259,8 +260,13 @@ impl RigEstimator {
         if report.verdict == GradientVerdict::Open {
             if at_rest {
                 report.verdict = GradientVerdict::Still;
-            } else if !self.estimator.aid_by_gradient(report.velocity_m_s, report.covariance) {
-                report.verdict = GradientVerdict::Contradicted;
+            } else {
+                let (velocity, covariance) = (report.velocity_m_s, report.covariance);
+                report.verdict = match self.estimator.aid_by_gradient(velocity, covariance) {
+                    Held::Contradicted => GradientVerdict::Contradicted,
+                    Held::Partly => GradientVerdict::Partial,
+                    Held::Wholly => GradientVerdict::Open,
+                };
             }
         }
         Some(report)

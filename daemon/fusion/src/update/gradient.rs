@@ -29,8 +29,22 @@ pub fn jacobian(direction: DVec3, velocity: DVec3) -> Row {
     row
 }
 
-/// Takes a velocity in the world, m/s, with its covariance; `false` if it contradicts the state.
-pub(crate) fn update(state: &mut State, velocity: DVec3, covariance: DMat3) -> bool {
+/// Standard deviation in the worst direction up to which the velocity is held, m/s.
+const HELD_SIGMA_M_S: f64 = 0.1;
+
+/// What a velocity did to the state's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Held {
+    /// It contradicts the state, and was not used.
+    Contradicted,
+    /// It was used; some direction is still vague.
+    Partly,
+    /// It was used, and all directions are known.
+    Wholly,
+}
+
+/// Takes a velocity in the world, m/s, with its covariance.
+pub(crate) fn update(state: &mut State, velocity: DVec3, covariance: DMat3) -> Held {
     let parts = eigen(covariance);
     let told = (0..3).filter(|&k| parts.values[k] < UNTOLD);
     let contradicts = |k: usize| {
@@ -41,7 +55,7 @@ pub(crate) fn update(state: &mut State, velocity: DVec3, covariance: DMat3) -> b
         residual * residual > GATE_NIS * variance
     };
     if told.clone().any(contradicts) {
-        return false;
+        return Held::Contradicted;
     }
     for k in told {
         let e = parts.vectors.col(k);
@@ -49,5 +63,6 @@ pub(crate) fn update(state: &mut State, velocity: DVec3, covariance: DMat3) -> b
         let row = jacobian(e, state.velocity);
         apply_blind(state, &row, residual, parts.values[k]);
     }
-    true
+    let worst = eigen(state.covariance.block(VELOCITY, VELOCITY)).values.x;
+    if worst < HELD_SIGMA_M_S * HELD_SIGMA_M_S { Held::Wholly } else { Held::Partly }
 }

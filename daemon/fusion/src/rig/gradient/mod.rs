@@ -91,8 +91,10 @@ pub enum GradientVerdict {
     /// No window is complete yet.
     #[default]
     Collecting,
-    /// It does.
+    /// It does, in all directions.
     Open,
+    /// It does, but with what was known before it does not hold the velocity in all directions.
+    Partial,
     /// Fewer than three magnetometers, or in a line.
     Array,
     /// The gradient is not well above its own noise in any direction.
@@ -105,6 +107,13 @@ pub enum GradientVerdict {
     Uncalibrated,
     /// It contradicts the pose's filter.
     Contradicted,
+}
+
+impl GradientVerdict {
+    /// Whether the window's velocity corrected the filter.
+    pub const fn is_used(self) -> bool {
+        matches!(self, Self::Open | Self::Partial)
+    }
 }
 
 /// What a window found.
