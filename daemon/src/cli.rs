@@ -248,7 +248,6 @@ mod tests {
             "lodestoned run --duration 1e300",
             "lodestoned replay a.csv --out d --speed -1",
             "lodestoned replay a.csv --out d --speed inf",
-            "lodestoned replay --out d",
             "lodestoned replay a.csv",
             "lodestoned replay a.csv --out d --preset hand",
             "lodestoned replay a.csv --out d --frame flu",
