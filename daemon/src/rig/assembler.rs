@@ -77,6 +77,8 @@ impl Assembler {
         let index = self.index_of(step.time);
         let next = *self.next.get_or_insert(index);
         if index < next {
+            // Late, but there: it is waited for from now on, if it is not far behind.
+            self.newest[member] = self.newest[member].max(Some(index));
             self.counts.late += 1;
             return Fit::Late;
         }
@@ -182,6 +184,20 @@ mod tests {
         assert!(rows(&mut assembler).is_empty(), "the other keeps up, and is waited for");
         assembler.insert(0, step(1002));
         assert_eq!(rows(&mut assembler), [(1002, vec![0, 1])]);
+    }
+
+    #[test]
+    fn members_that_begin_at_the_same_time_are_together_after_the_first_step() {
+        let mut assembler = Assembler::new(3, STEP);
+        let mut left = Vec::new();
+        for k in 0..5 {
+            for member in 0..3 {
+                assembler.insert(member, step(k));
+                left.extend(rows(&mut assembler));
+            }
+        }
+        assert_eq!(left[0], (0, vec![0]), "nobody else was known");
+        assert!(left[1..].iter().all(|(_, members)| members.len() == 3), "{left:?}");
     }
 
     #[test]

@@ -86,7 +86,7 @@ impl RigCore {
         let reset_after = settings.timing.reset_after;
         let member = |m: &MemberSettings| Member {
             conditioner: m.conditioner.clone(),
-            grid: Grid::new(m.grid),
+            grid: Grid::new(m.grid).with_low_pass(m.low_pass),
             set_back: SetBack::new(reset_after),
             aids: AidQueue::new(m.antenna_m),
             epoch: None,
