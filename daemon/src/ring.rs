@@ -296,7 +296,9 @@ mod tests {
             wait_for_any(&bell, &consumers, Duration::MAX);
         }
         assert_eq!(last, [Some(1999); 3]);
-        threads.into_iter().for_each(|t| t.join().unwrap());
+        for thread in threads {
+            thread.join().unwrap();
+        }
     }
 
     /// Everything the consumer gets until the ring is closed and empty.

@@ -100,7 +100,7 @@ pub fn run(
     let mut lanes = Lanes::default();
     let members = contexts(&loaded, &domain, &unix_offset, &frame, (&places, &stop));
     let result =
-        start_all(&loaded.config, &mut lanes, members, &mut start).and_then(|lanes_kept| {
+        start_all(&loaded.config, &mut lanes, &members, &mut start).and_then(|lanes_kept| {
             let duties = Duties { lanes: lanes_kept, keeper, reset };
             let overview = Overview::default();
             let housekeeping =
@@ -159,7 +159,7 @@ fn contexts(
 fn start_all(
     config: &Config,
     lanes: &mut Lanes,
-    contexts: Vec<LaneContext>,
+    contexts: &[LaneContext],
     start: &mut impl FnMut(LaneContext) -> Result<StartedLane, LaneFailure>,
 ) -> Result<Vec<HousekeptLane>, RunError> {
     let mut kept = Vec::new();

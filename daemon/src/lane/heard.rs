@@ -9,14 +9,14 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// Whom a message is meant for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Addressee {
-    pub(super) camera_id: u32,
-    pub(super) world_epoch: u32,
+pub(crate) struct Addressee {
+    pub(crate) camera_id: u32,
+    pub(crate) world_epoch: u32,
 }
 
 /// What a message says, at a time on the sensor's clock; `None` where it makes no sense, or speaks of
 /// another camera or another world. Values and covariances are the estimator's to check.
-pub(super) fn understood(message: &Aiding, time: SensorTime, to: Addressee) -> Option<Aid> {
+pub(crate) fn understood(message: &Aiding, time: SensorTime, to: Addressee) -> Option<Aid> {
     let of_this_world = message.world_epoch == 0 || message.world_epoch == to.world_epoch;
     if message.camera_id != to.camera_id || !of_this_world {
         return None;

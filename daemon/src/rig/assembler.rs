@@ -11,7 +11,7 @@ use lodestone_fusion::{SensorSpan, SensorTime, Step};
 pub type Row = [Option<Step>; MAX_MEMBERS];
 
 /// Rows that are kept while members wait for each other.
-const CAPACITY: usize = 64;
+const CAPACITY: i64 = 64;
 
 /// Steps that a member may be behind the newest before it is no longer waited for: 20 ms at 400 Hz.
 const PATIENCE: i64 = 8;
@@ -43,7 +43,7 @@ pub enum Fit {
 pub struct Assembler {
     step: SensorSpan,
     members: usize,
-    rows: Box<[Row; CAPACITY]>,
+    rows: Vec<Row>,
     /// Index of the row that leaves next; none before the first step.
     next: Option<i64>,
     /// Index of the newest step of each member.
@@ -59,7 +59,7 @@ impl Assembler {
         Self {
             step,
             members,
-            rows: Box::new([[None; MAX_MEMBERS]; CAPACITY]),
+            rows: vec![[None; MAX_MEMBERS]; CAPACITY as usize],
             next: None,
             newest: [None; MAX_MEMBERS],
             far: 0,
@@ -82,7 +82,7 @@ impl Assembler {
             self.counts.late += 1;
             return Fit::Late;
         }
-        if index - next >= CAPACITY as i64 {
+        if index - next >= CAPACITY {
             self.far += 1;
             return if self.far > PATIENCE { Fit::AllFar } else { Fit::Far };
         }
@@ -118,7 +118,7 @@ impl Assembler {
 
     /// Begins anew at a step far ahead: everything before it is given up.
     pub fn skip_to(&mut self, member: usize, step: Step) {
-        *self.rows = [[None; MAX_MEMBERS]; CAPACITY];
+        self.rows.fill([None; MAX_MEMBERS]);
         self.newest = [None; MAX_MEMBERS];
         self.next = None;
         self.far = 0;
@@ -140,7 +140,7 @@ impl Assembler {
 }
 
 const fn slot(index: i64) -> usize {
-    index.rem_euclid(CAPACITY as i64) as usize
+    index.rem_euclid(CAPACITY) as usize
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use super::worker::{Outlet, RigWorker};
 use crate::commands::supervision::{LaneContext, LaneFailure, LaneHandle, LaneThread, Ready};
 use crate::driver::Driver;
 use crate::pipeline::{PATIENCE, Reader};
-use crate::publisher::LanePublisher;
+use crate::publisher::{AidingInbox, LanePublisher};
 use crate::reading::HostTime;
 use crate::ring::{Consumer, Doorbell, ring_with, wait_for_any};
 use crate::service::housekeeping::{HousekeptLane, TruthProvider};
@@ -85,10 +85,24 @@ fn run(begin: Begin, ready: Ready) -> Result<(), LaneFailure> {
         let (publisher, board) = (publisher(context, name)?, Arc::clone(&context.board));
         outlets.push((Outlet { publisher, board }, source.host_rate));
     }
+    let inboxes = inboxes(&members, &settings.body)?;
     let worker = RigWorker::new(core, settings, body, outlets, first.unix_offset.clone());
     ready.tell();
     let drivers = sources.into_iter().map(|source| source.driver).collect();
-    serve(&members, drivers, worker)
+    serve(&members, drivers, worker, inboxes)
+}
+
+/// What others measure at each member, and at the body's origin.
+type Inboxes = Vec<(Option<usize>, AidingInbox)>;
+
+fn inboxes(members: &[LaneContext], body: &str) -> Result<Inboxes, LaneFailure> {
+    let open = |name: &str| {
+        let settings = &members[0].loaded.config.shared_memory;
+        AidingInbox::open(&members[0].domain, settings, name).map_err(LaneFailure::of)
+    };
+    let of_members = members.iter().enumerate();
+    let of_members = of_members.map(|(k, context)| Ok((Some(k), open(&context.settings().name)?)));
+    of_members.chain([open(body).map(|inbox| (None, inbox))]).collect()
 }
 
 fn publisher(context: &LaneContext, name: &str) -> Result<LanePublisher, LaneFailure> {
@@ -101,6 +115,7 @@ fn serve(
     members: &[LaneContext],
     drivers: Vec<Box<dyn Driver>>,
     mut worker: RigWorker<LanePublisher>,
+    mut inboxes: Inboxes,
 ) -> Result<(), LaneFailure> {
     let bell = Doorbell::default();
     let capacity = members[0].loaded.config.lane.ring_capacity;
@@ -112,6 +127,11 @@ fn serve(
     }
     while !consumers.iter().all(|consumer| consumer.is_closed() && consumer.is_empty()) {
         wait_for_any(&bell, &consumers, PATIENCE);
+        for (member, inbox) in &mut inboxes {
+            while let Some(message) = inbox.next_message() {
+                worker.hear(*member, &message);
+            }
+        }
         drain(&mut consumers, &mut worker);
         for (member, reader) in readers.iter().enumerate() {
             worker.watch(member, reader.state(), HostTime::now());

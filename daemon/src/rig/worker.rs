@@ -5,14 +5,16 @@ use std::sync::Arc;
 
 use lodestone_fusion::SensorTime;
 use lodestone_fusion::rig::{GradientVerdict, MAX_MEMBERS, MemberStatus, RigReport};
-use lodestone_schema::{CalibratedSample, LaneState, Pose, Status, Validity};
+use lodestone_schema::{Aiding, CalibratedSample, LaneState, Pose, Status, Validity};
 
 use super::core::{RigCore, RigStep};
 use super::gradient_csv::verdict_name;
 use super::settings::RigSettings;
 use crate::clock::{SensorClock, UnixOffset};
 use crate::driver::SourceState;
-use crate::lane::{Phase, Publish, StepOutput, fill_pose, sample_message, wait_of};
+use crate::lane::{
+    Addressee, Phase, Publish, StepOutput, fill_pose, sample_message, understood, wait_of,
+};
 use crate::publisher::blank_pose;
 use crate::reading::{HostTime, Reading};
 use crate::status_board::{LaneBoard, LaneStatus, SensorStatus};
@@ -140,6 +142,17 @@ impl<P: Publish> RigWorker<P> {
         self.tell();
     }
 
+    /// Takes a measurement of another process, at a member, or at the body's origin.
+    pub fn hear(&mut self, member: Option<usize>, message: &Aiding) {
+        let pose = member.map_or(&self.out.body, |member| &self.out.members[member]).pose;
+        let to = Addressee { camera_id: pose.camera_id, world_epoch: pose.world_epoch };
+        // The common clock is the host's.
+        match understood(message, SensorTime::from_nanos(message.time_ns), to) {
+            Some(aid) => self.core.aid(member, aid),
+            None => self.core.count_invalid_aid(member),
+        }
+    }
+
     /// Looks after the sources when the rings are empty: a silent member is said to be, and silence of all
     /// makes the poses stale.
     pub fn watch(&mut self, member: usize, source: SourceState, now: HostTime) {
@@ -166,6 +179,10 @@ impl<P: Publish> RigWorker<P> {
             Phase::Running => LaneState::Running,
         };
         self.out.body.report(state, phase, self.core.resets());
+        let (counts, board) = (self.core.body_counts(), &self.out.body.outlet.board.counters);
+        board.aiding_used.set(counts.aiding_used);
+        board.aiding_refused.set(counts.aiding_refused);
+        board.aiding_invalid.set(counts.aiding_invalid);
         for (k, (published, present)) in self.out.members.iter_mut().zip(&self.present).enumerate()
         {
             let counts = self.core.counts(k);
