@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use lodestone_fusion::{Aid, Measurement, Rotation, SensorTime};
-use lodestone_schema::{Aiding, AidingKind};
+use lodestone_schema::{Aiding, AidingKind, AidingOrigin, DistanceSource};
 
 /// Largest difference of a quaternion's length from one that rounding explains.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -37,6 +37,19 @@ pub(crate) fn understood(message: &Aiding, time: SensorTime, to: Addressee) -> O
         },
     };
     Some(Aid { time, measurement })
+}
+
+/// Where a position is known from once a message has corrected it; `None` if it is no fix.
+pub(super) fn fix_source(message: &Aiding) -> Option<DistanceSource> {
+    match AidingKind::from_code(message.kind)? {
+        AidingKind::ForwardSpeed | AidingKind::Velocity => None,
+        AidingKind::Position | AidingKind::Pose => {
+            Some(match AidingOrigin::from_code(message.origin) {
+                Some(AidingOrigin::CloudRegistration) => DistanceSource::CloudRegistration,
+                _ => DistanceSource::PositionFix,
+            })
+        }
+    }
 }
 
 /// A variance that is not a number leaves the noise to the daemon.

@@ -36,7 +36,7 @@ pub struct MemberSettings {
     pub conditioner: Conditioner,
     /// The time grid, the same for all members but for the rate of samples.
     pub grid: GridParameters,
-    /// Low-pass of its samples, if one is configured.
+    /// What smooths its rates and forces.
     pub low_pass: Option<LowPass>,
     /// Where position fixes of its recording hold, from the camera's origin in its own axes, m.
     pub antenna_m: DVec3,

@@ -70,7 +70,7 @@ impl LaneMonitor {
             serial,
             daemon_start_time_ns: start.as_nanos(),
             daemon_pid: std::process::id(),
-            group_delay_s: config.camera.get(camera).map_or(0.0, group_delay_s),
+            group_delay_s: config.camera.get(camera).map_or(f64::NAN, group_delay_s),
             ..blank_health()
         };
         Self { name: name.to_owned(), board, health, since: start }
