@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lodestone_config::model::{
     AxisMap, Camera, CameraModel, Config, Disturbance, DriverKind, Estimator, Fault, FaultKind,
-    HeadingMode, Instrument, Lane, MagneticDistortion, Motor, Mounting, North, Replay, RigidBody,
-    SensorErrors, SharedMemory, Start, Steel, Synthetic, Threads, TrajectoryKind, Transport,
-    ValidityBounds, World,
+    HeadingMode, Instrument, Lane, MagneticDistortion, Motor, Mounting, North, Preset, Replay,
+    RigidBody, SensorErrors, SharedMemory, Start, Steel, Synthetic, Threads, TrajectoryKind,
+    Transport, ValidityBounds, World,
 };
 use lodestone_config::{KeyInfo, explain, keys};
 use serde::de::DeserializeOwned;
@@ -213,6 +213,7 @@ fn choices_are_the_words_of_the_enums() {
     let choices: BTreeMap<&str, BTreeSet<String>> = [
         ("world.north", words_of::<North>()),
         ("lane.threads", words_of::<Threads>()),
+        ("estimator.preset", words_of::<Preset>()),
         ("estimator.heading", words_of::<HeadingMode>()),
         ("camera.driver", words_of::<DriverKind>()),
         ("camera.model", words_of::<CameraModel>()),

@@ -94,11 +94,12 @@ pub struct CheckArgs {
 /// Options of `replay`.
 #[derive(Clone, Debug, Args)]
 pub struct ReplayArgs {
-    /// Recordings, .csv or .csv.zst
-    #[arg(required = true, value_name = "FILE")]
+    /// Recordings, .csv or .csv.zst; without any, those of the configuration's cameras with driver
+    /// "replay", all together, rigs fused
+    #[arg(value_name = "FILE")]
     pub files: Vec<PathBuf>,
 
-    /// Directory for the poses, one .csv for each recording
+    /// Directory for the poses, one .csv for each recording, or for each camera and body
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
 

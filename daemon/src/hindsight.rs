@@ -106,3 +106,6 @@ fn reversed(sample: &ImuSample, ends: SensorTime) -> ImuSample {
         saturated: sample.saturated,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -19,6 +19,7 @@ pub mod publisher;
 pub mod reading;
 pub mod recording;
 pub mod report;
+pub mod rig;
 pub mod ring;
 pub mod service;
 pub mod source;

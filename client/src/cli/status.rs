@@ -119,6 +119,9 @@ fn text(r: &Report) -> String {
             count(r.steps_bridged),
         ),
     ];
+    if let Some(delay_s) = r.group_delay_s.filter(|delay_s| *delay_s > 0.0) {
+        lines.push(format!("  low-pass  delays by {:.2} ms, made up for", delay_s * 1e3));
+    }
     lines.extend(r.relative.iter().map(|pair| format!("  pair      {}", pair.to_text())));
     lines.extend(r.problems.iter().map(|problem| format!("  !         {problem}")));
     lines.join("\n")

@@ -150,7 +150,7 @@ impl Default for World {
             year: None,
             keep: None,
             moved_sigma_m: 0.3,
-            unseen_speed_m_s: 1.0,
+            unseen_speed_m_s: 0.3,
             patience_s: 10.0,
             steel: Vec::new(),
         }

@@ -397,7 +397,8 @@ impl Estimator {
         let Some(aligned) = self.alignment.push(step, &self.parameters) else {
             return StepReport { waiting: Some(self.alignment.waiting()), ..StepReport::QUIET };
         };
-        self.state = Some(aligned.state);
+        let mag_delay_s = self.parameters.compass.delay_s;
+        self.state = Some(State { mag_delay_s, ..aligned.state });
         self.begin_aiding();
         self.aids.begin(&aligned);
         if let Some(field) = aligned.field {

@@ -11,6 +11,7 @@
 use glam::DVec3;
 
 use crate::frame::Body;
+use crate::low_pass::LowPass;
 use crate::quantity::Mag;
 use crate::sample::ImuSample;
 use crate::so3;
@@ -158,6 +159,7 @@ pub struct Grid {
     open_bridged: bool,
     open_saturated: bool,
     pending_mag: Option<PendingMag>,
+    low_pass: Option<LowPass>,
 }
 
 impl Grid {
@@ -173,7 +175,14 @@ impl Grid {
             open_bridged: false,
             open_saturated: false,
             pending_mag: None,
+            low_pass: None,
         }
+    }
+
+    /// The same grid with a low-pass on the samples that it takes.
+    #[must_use]
+    pub const fn with_low_pass(self, low_pass: Option<LowPass>) -> Self {
+        Self { low_pass, ..self }
     }
 
     /// Takes the next sample. Afterwards call [`Grid::next_step`] until it gives nothing.
@@ -198,6 +207,7 @@ impl Grid {
             self.begin(sample);
             return Ok(Accepted::Gap { span, lost });
         }
+        let sample = self.low_pass.as_mut().map_or(sample, |filter| filter.filter(&sample, lost));
         self.segment = Some(Segment {
             from: last.time,
             to: sample.time,
@@ -242,7 +252,10 @@ impl Grid {
 
     /// Forgets everything; the next sample begins a new grid.
     pub fn reset(&mut self) {
-        *self = Self::new(self.parameters);
+        if let Some(filter) = &mut self.low_pass {
+            filter.reset();
+        }
+        *self = Self::new(self.parameters).with_low_pass(self.low_pass);
     }
 
     fn screen(&self, sample: &ImuSample) -> Result<(), Refusal> {
@@ -262,6 +275,7 @@ impl Grid {
 
     fn begin(&mut self, sample: ImuSample) {
         self.reset();
+        let sample = self.low_pass.as_mut().map_or(sample, |filter| filter.filter(&sample, 0));
         self.step_end = sample.time + self.first_span(sample.time);
         self.partial = self.step_end - sample.time != self.parameters.step;
         self.pending_mag = sample.mag.map(|m| PendingMag { field: m.vector, angle: DVec3::ZERO });

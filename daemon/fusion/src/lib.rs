@@ -22,6 +22,7 @@ mod frame;
 mod grid;
 mod hard_iron;
 mod history;
+mod low_pass;
 mod parameters;
 mod predict;
 mod quantity;
@@ -47,6 +48,7 @@ pub use estimator::place::{UNKNOWN_POSITION_SIGMA_M, is_position_known};
 pub use estimator::{Estimate, Estimator, HeadingOrigin, StepReport};
 pub use frame::{Body, Frame, Optical, Rotation, Sensor, Vehicle, World};
 pub use grid::{Accepted, Grid, GridParameters, Increment, Refusal, Step};
+pub use low_pass::LowPass;
 pub use parameters::{
     AidingParameters, AlignmentParameters, CompassParameters, HardIronParameters, HeadingMode,
     LevellingParameters, Parameters, RestParameters, SensorNoise, StanceParameters, Stillness,

@@ -240,7 +240,10 @@ pub struct CompassParameters {
     pub deviation_way_m: f64,
     /// Time after which the deviation is a new one even at rest, s. Default 300.
     pub deviation_time_s: f64,
-    /// Unknown delay of the magnetometer against the gyroscope, 1σ, s; it is learnt while the camera
+    /// Delay of the magnetometer against the gyroscope that is known beforehand, s; negative where the
+    /// gyroscope passes a filter that the magnetometer does not. Default 0.
+    pub delay_s: f64,
+    /// Unknown delay of the magnetometer against that, 1σ, s; it is learnt while the camera
     /// turns. Default 0.02.
     pub delay_sigma_s: f64,
     /// Uncertainty of a single reading's time around that delay, 1σ, s. Default 0.005.
@@ -455,6 +458,7 @@ impl Default for CompassParameters {
             deviation_turn_rad: 3.0,
             deviation_way_m: 0.4,
             deviation_time_s: 300.0,
+            delay_s: 0.0,
             delay_sigma_s: 0.02,
             timing_sigma_s: 0.005,
             change_ut: 2.0,

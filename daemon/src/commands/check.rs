@@ -4,9 +4,11 @@ use std::io::Write;
 use std::path::Path;
 
 use lodestone_config::Loaded;
+use lodestone_config::model::Camera;
 
 use super::{CommandError, load};
 use crate::cli::CheckArgs;
+use crate::lane::low_pass_of;
 use crate::recording::Recording;
 use crate::service::space::needed_bytes;
 
@@ -22,9 +24,25 @@ pub fn check(file: Option<&Path>, args: &CheckArgs) -> Result<(), CommandError> 
     let loaded = load(file)?;
     check_files(&loaded)?;
     let name = file.map_or("embedded configuration".into(), |file| file.display().to_string());
+    let low_passes: String = loaded.config.camera.iter().filter_map(low_pass).collect();
     let memory_mib = needed_bytes(&loaded.config) as f64 / f64::from(1 << 20);
-    say(&format!("{name}: good\n{}shared memory: {memory_mib:.1} MiB\n", loaded.config.summary()));
+    say(&format!(
+        "{name}: good\n{}{low_passes}shared memory: {memory_mib:.1} MiB\n",
+        loaded.config.summary()
+    ));
     Ok(())
+}
+
+/// What a camera's low-pass delays.
+fn low_pass(camera: &Camera) -> Option<String> {
+    let cut_off_hz = camera.low_pass_hz?;
+    // A recording's rate is its own; most come at this one too.
+    let filter = low_pass_of(camera, camera.model.nominal_rate_hz()).ok().flatten()?;
+    Some(format!(
+        "filter  {}: low-pass {cut_off_hz} Hz delays gyroscope and accelerometer by {:.2} ms, made up for\n",
+        camera.name,
+        filter.group_delay_s() * 1e3
+    ))
 }
 
 fn explanation(json: bool) -> String {

@@ -15,15 +15,19 @@ use lodestone_schema::Status;
 
 use crate::cli::{PresetArg, ReplayArgs, WorldAxes};
 use crate::driver::replay::{ReplayDriver, ReplayError};
-use crate::driver::synthetic::FieldError;
 use crate::driver::{Driver, SourceState};
 use crate::hindsight::{HeldRow, Hindsight};
-use crate::lane::{Core, CoreCounts, LaneSettings, Phase, StepOutput, Taken, pose_row, status_of};
+use crate::lane::{
+    Core, CoreCounts, LaneSettings, Phase, SettingsError, StepOutput, Taken, pose_row, status_of,
+};
 use crate::pose_axes::Axes;
 use crate::poses_csv::{PosesError, PosesWriter};
 use crate::reading::Reading;
+use crate::rig::RigError;
 use crate::ring::ring;
 use crate::service::signals::StopFlag;
+
+mod together;
 
 /// Why a replay failed.
 #[derive(Debug, thiserror::Error)]
@@ -57,10 +61,19 @@ pub enum ReplayCommandError {
     },
     /// True north is not known.
     #[error(transparent)]
-    Field(#[from] FieldError),
+    Settings(#[from] SettingsError),
     /// Poses cannot be written.
     #[error(transparent)]
     Write(#[from] PosesError),
+    /// There is nothing to replay.
+    #[error(
+        "no recording: name FILE, or a configuration (--config) with at least one camera with \
+         driver = \"replay\""
+    )]
+    NoRecording,
+    /// A rig cannot be made.
+    #[error(transparent)]
+    Rig(#[from] RigError),
     /// Signals cannot be handled.
     #[error("cannot handle signals: {0}")]
     Signals(io::Error),
@@ -73,7 +86,7 @@ impl ReplayCommandError {
     /// 2 where the command line or the configuration is to blame, else 1.
     pub const fn exit_code(&self) -> u8 {
         match self {
-            Self::SameOutput(_) | Self::Calibration(_) => 2,
+            Self::SameOutput(_) | Self::Calibration(_) | Self::NoRecording | Self::Rig(_) => 2,
             _ => 1,
         }
     }
@@ -87,6 +100,9 @@ pub fn replay(loaded: &Loaded, args: &ReplayArgs) -> Result<(), ReplayCommandErr
     let stop = StopFlag::new();
     stop.raise_on_signals().map_err(ReplayCommandError::Signals)?;
     let outputs = outputs(args)?;
+    if args.files.is_empty() {
+        return together::replay(loaded, args, &stop);
+    }
     fs::create_dir_all(&args.out)
         .map_err(|source| ReplayCommandError::Directory { path: args.out.clone(), source })?;
     for (recording, poses) in args.files.iter().zip(&outputs) {
@@ -198,9 +214,19 @@ impl Lane {
     ) -> Result<Self, ReplayCommandError> {
         let camera = recorded_camera(loaded);
         let calibration = calibration(loaded, &camera, args)?;
+        Self::of(loaded, args, (&camera, calibration.as_ref()), driver, poses)
+    }
+
+    fn of(
+        loaded: &Loaded,
+        args: &ReplayArgs,
+        (camera, calibration): (&Camera, Option<&Calibration>),
+        driver: &ReplayDriver,
+        poses: &Path,
+    ) -> Result<Self, ReplayCommandError> {
         let rate_hz = driver.info().nominal_rate_hz;
         let config = with_preset(&loaded.config, args.preset);
-        let settings = LaneSettings::new(&config, 0, &camera, calibration.as_ref(), rate_hz)?;
+        let settings = LaneSettings::new(&config, 0, camera, calibration, rate_hz)?;
         Ok(Self {
             core: Core::new(&settings),
             writer: PosesWriter::create(poses)?,

@@ -13,7 +13,7 @@ const AHEAD_S: f64 = 0.25;
 
 /// Measurements whose time of validity the grid has not reached yet, in order of arrival.
 #[derive(Clone, Debug)]
-pub(super) struct AidQueue {
+pub(crate) struct AidQueue {
     waiting: [Option<Aid>; WAITING],
     /// Where position fixes of a recording hold, from the body's origin in the body, m.
     antenna_m: DVec3,
@@ -21,15 +21,15 @@ pub(super) struct AidQueue {
 
 /// A measurement found no place, or is too far ahead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Turned;
+pub(crate) struct Turned;
 
 impl AidQueue {
-    pub(super) const fn new(antenna_m: DVec3) -> Self {
+    pub(crate) const fn new(antenna_m: DVec3) -> Self {
         Self { waiting: [None; WAITING], antenna_m }
     }
 
     /// Takes a measurement; the newest sample says what is ahead.
-    pub(super) fn push(&mut self, aid: Aid, newest: SensorTime) -> Result<(), Turned> {
+    pub(crate) fn push(&mut self, aid: Aid, newest: SensorTime) -> Result<(), Turned> {
         if (aid.time - newest).as_secs_f64() > AHEAD_S {
             return Err(Turned);
         }
@@ -39,13 +39,13 @@ impl AidQueue {
     }
 
     /// The next measurement that is valid at a time or before.
-    pub(super) fn next_due(&mut self, now: SensorTime) -> Option<Aid> {
+    pub(crate) fn next_due(&mut self, now: SensorTime) -> Option<Aid> {
         let due = |slot: &&mut Option<Aid>| slot.is_some_and(|aid| aid.time <= now);
         self.waiting.iter_mut().find(due).and_then(Option::take)
     }
 
     /// Forgets what waits: another clock, or another filter.
-    pub(super) const fn clear(&mut self) -> u64 {
+    pub(crate) const fn clear(&mut self) -> u64 {
         let mut forgotten = 0;
         let mut k = 0;
         while k < WAITING {
@@ -57,7 +57,7 @@ impl AidQueue {
     }
 
     /// What a reading of a recording brings.
-    pub(super) fn recorded(&self, reading: &Reading) -> [Option<Aid>; 2] {
+    pub(crate) fn recorded(&self, reading: &Reading) -> [Option<Aid>; 2] {
         let at = |age_s: f32, measurement: Measurement| Aid {
             time: reading.sensor_time + SensorSpan::from_secs_f64(-f64::from(age_s)),
             measurement,

@@ -6,7 +6,7 @@ use lodestone_fusion::{
 };
 
 use super::aiding::AidQueue;
-use super::{Conditioner, LaneSettings};
+use super::{Conditioner, LaneSettings, SetBack};
 use crate::reading::Reading;
 use crate::world::{Membership, WorldStep};
 
@@ -77,6 +77,17 @@ pub struct CoreCounts {
     pub aiding_invalid: u64,
 }
 
+impl CoreCounts {
+    /// Counts a reading that was not used.
+    pub const fn note_refusal(&mut self, refusal: Refusal) {
+        match refusal {
+            Refusal::Duplicate => self.duplicates += 1,
+            Refusal::OutOfOrder => self.out_of_order += 1,
+            Refusal::NotFinite | Refusal::OutOfRange => self.invalid += 1,
+        }
+    }
+}
+
 /// Standard deviations up to which a filter that crossed a gap counts as recovered.
 const RECOVERED_TILT_RAD: f64 = 0.05;
 const RECOVERED_HEADING_RAD: f64 = 0.2;
@@ -84,13 +95,6 @@ const RECOVERED_HEADING_RAD: f64 = 0.2;
 /// How far strength or vertical part of the field may be from the World Magnetic Model's, as a part of
 /// its strength. Rooms differ by a tenth or two; an uncalibrated car by half and more.
 const EARTH_TOLERANCE: f64 = 0.25;
-
-/// Readings in a row that lie before the newest one taken, in order among themselves.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct BackwardRun {
-    first: SensorTime,
-    last: SensorTime,
-}
 
 /// One camera's lane without its surroundings.
 #[derive(Clone, Debug)]
@@ -103,7 +107,7 @@ pub struct Core {
     reset_after: SensorSpan,
     earth: Option<FieldReference>,
     epoch: Option<u32>,
-    backwards: Option<BackwardRun>,
+    set_back: SetBack,
     aids: AidQueue,
     position_jumped: bool,
     degraded: bool,
@@ -122,13 +126,13 @@ impl Core {
         Self {
             membership,
             conditioner: settings.conditioner.clone(),
-            grid: Grid::new(settings.grid),
+            grid: Grid::new(settings.grid).with_low_pass(settings.low_pass),
             estimator: Estimator::new(settings.estimator),
             parameters: settings.estimator,
             reset_after: settings.timing.reset_after,
             earth: settings.earth,
             epoch: None,
-            backwards: None,
+            set_back: SetBack::new(settings.timing.reset_after),
             aids: AidQueue::new(settings.antenna_m),
             position_jumped: false,
             degraded: false,
@@ -145,7 +149,7 @@ impl Core {
         match self.push(sample) {
             Ok(accepted) => self.account(accepted),
             Err(refusal) => {
-                self.count_refusal(refusal);
+                self.counts.note_refusal(refusal);
                 return Taken { sample, refusal: Some(refusal) };
             }
         }
@@ -175,7 +179,7 @@ impl Core {
                 bridged: step.bridged,
                 saturated: step.saturated,
                 degraded: self.degraded,
-                field_unlike_earth: self.is_unlike_earth(estimate.as_ref()),
+                field_unlike_earth: is_unlike_earth(self.earth, estimate.as_ref()),
                 position_jumped: std::mem::take(&mut self.position_jumped),
                 world,
             });
@@ -239,13 +243,6 @@ impl Core {
         self.degraded
     }
 
-    /// Whether the field is known not to be the earth's at the configured place.
-    fn is_unlike_earth(&self, estimate: Option<&Estimate>) -> bool {
-        let seen = estimate.and_then(|e| e.magnetic_field_ut).map(FieldReference::of);
-        seen.zip(self.earth)
-            .is_some_and(|(seen, earth)| seen.distance_ut(&earth) > EARTH_TOLERANCE * earth.norm_ut)
-    }
-
     /// Whether a calibration of this camera is applied.
     pub const fn is_calibrated(&self) -> bool {
         self.conditioner.is_calibrated()
@@ -271,8 +268,8 @@ impl Core {
     fn push(&mut self, sample: ImuSample) -> Result<Accepted, Refusal> {
         let result = self.grid.push(sample);
         match result {
-            Ok(_) => self.backwards = None,
-            Err(Refusal::OutOfOrder) if self.was_set_back(sample.time) => {
+            Ok(_) => self.set_back.note_taken(),
+            Err(Refusal::OutOfOrder) if self.set_back.was_set_back(sample.time) => {
                 self.grid.reset();
                 self.reset();
                 return self.grid.push(sample);
@@ -280,18 +277,6 @@ impl Core {
             Err(_) => {}
         }
         result
-    }
-
-    /// Whether refused readings have come in order for as long as a gap that resets the filter. A
-    /// burst of late readings is shorter, and readings that change places are not in order.
-    fn was_set_back(&mut self, time: SensorTime) -> bool {
-        let run = match self.backwards {
-            Some(run) if time >= run.last => BackwardRun { last: time, ..run },
-            _ => BackwardRun { first: time, last: time },
-        };
-        let set_back = run.last - run.first > self.reset_after;
-        self.backwards = (!set_back).then_some(run);
-        set_back
     }
 
     fn account(&mut self, accepted: Accepted) {
@@ -317,17 +302,17 @@ impl Core {
         self.degraded = false;
         self.counts.resets += 1;
     }
-
-    const fn count_refusal(&mut self, refusal: Refusal) {
-        match refusal {
-            Refusal::Duplicate => self.counts.duplicates += 1,
-            Refusal::OutOfOrder => self.counts.out_of_order += 1,
-            Refusal::NotFinite | Refusal::OutOfRange => self.counts.invalid += 1,
-        }
-    }
 }
 
-fn recovered(estimate: &Estimate) -> bool {
+/// Whether the field is known not to be the earth's at the configured place.
+pub fn is_unlike_earth(earth: Option<FieldReference>, estimate: Option<&Estimate>) -> bool {
+    let seen = estimate.and_then(|e| e.magnetic_field_ut).map(FieldReference::of);
+    seen.zip(earth)
+        .is_some_and(|(seen, earth)| seen.distance_ut(&earth) > EARTH_TOLERANCE * earth.norm_ut)
+}
+
+/// Whether a filter that crossed a gap knows its attitude again.
+pub fn recovered(estimate: &Estimate) -> bool {
     let variance = estimate.orientation_covariance;
     let tilt = variance.x_axis.x.max(variance.y_axis.y).sqrt();
     tilt < RECOVERED_TILT_RAD && variance.z_axis.z.sqrt() < RECOVERED_HEADING_RAD

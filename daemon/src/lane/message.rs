@@ -36,7 +36,7 @@ pub fn status_of(step: &StepOutput, calibrated: bool) -> Status {
 }
 
 /// Why there is no pose yet.
-pub(super) const fn wait_of(phase: Phase) -> AlignmentWait {
+pub const fn wait_of(phase: Phase) -> AlignmentWait {
     match phase {
         Phase::Running => AlignmentWait::None,
         Phase::Aligning(Waiting::Collecting) => AlignmentWait::Collecting,
@@ -64,12 +64,7 @@ pub fn validity_of(estimate: &Estimate, bounds: &ValidityBounds) -> Validity {
 }
 
 /// Writes a step into a pose message; what the step does not know becomes `NaN`.
-pub(super) fn fill_pose(
-    pose: &mut Pose,
-    step: &StepOutput,
-    bounds: &ValidityBounds,
-    calibrated: bool,
-) {
+pub fn fill_pose(pose: &mut Pose, step: &StepOutput, bounds: &ValidityBounds, calibrated: bool) {
     pose.sensor_time_ns = step.time.as_nanos();
     pose.status = status_of(step, calibrated).bits();
     let Some(estimate) = &step.estimate else {

@@ -13,14 +13,17 @@ mod conditioner;
 mod core;
 mod heard;
 mod message;
+mod set_back;
 mod settings;
 #[cfg(test)]
 mod tests;
 mod vehicle;
 mod worker;
 
+pub(crate) use aiding::AidQueue;
 pub use conditioner::Conditioner;
-pub use core::{Core, CoreCounts, Phase, StepOutput, Taken};
-pub use message::{pose_row, sample_message, status_of, validity_of};
-pub use settings::{LaneSettings, Timing};
+pub use core::{Core, CoreCounts, Phase, StepOutput, Taken, is_unlike_earth, recovered};
+pub use message::{fill_pose, pose_row, sample_message, status_of, validity_of, wait_of};
+pub use set_back::SetBack;
+pub use settings::{LaneSettings, SettingsError, Timing, low_pass_of};
 pub use worker::{Publish, Worker};

@@ -8,8 +8,8 @@ use lodestone_config::model::{
     Camera, Config, Estimator, HeadingMode as Mode, Noise, North, Preset, ValidityBounds,
 };
 use lodestone_fusion::{
-    AlignmentParameters, FieldReference, GridParameters, HeadingMode, Parameters, SensorNoise,
-    SensorSpan,
+    AlignmentParameters, CompassParameters, FieldReference, GridParameters, HeadingMode, LowPass,
+    Parameters, SensorNoise, SensorSpan,
 };
 use lodestone_schema::DistanceSource;
 
@@ -17,6 +17,25 @@ use super::Conditioner;
 use super::vehicle::{antenna_of, vehicle_of};
 use crate::driver::synthetic::{EarthField, FieldError};
 use crate::world::{MemberSettings, Place};
+
+/// Why a lane cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum SettingsError {
+    /// The earth's field at the place is not known.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// The samples are too far apart for the low-pass.
+    #[error(
+        "camera.low_pass_hz: {cut_off_hz} Hz cannot be told from lower frequencies at {rate_hz} samples/s; allowed: below {:.1} Hz",
+        0.45 * .rate_hz
+    )]
+    LowPass {
+        /// The configured cut-off, Hz.
+        cut_off_hz: f64,
+        /// The source's rate, Hz.
+        rate_hz: f64,
+    },
+}
 
 /// How a lane reacts to silence and gaps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +57,9 @@ pub struct LaneSettings {
     pub conditioner: Conditioner,
     /// The time grid.
     pub grid: GridParameters,
-    /// The filter.
+    /// A low-pass on the inertial samples, if one is configured.
+    pub low_pass: Option<LowPass>,
+    /// The filter; it makes up for the low-pass's delay.
     pub estimator: Parameters,
     /// When values are called valid.
     pub validity: ValidityBounds,
@@ -56,15 +77,15 @@ impl LaneSettings {
     /// The settings of one camera whose source delivers samples at a nominal rate.
     ///
     /// # Errors
-    /// [`FieldError`] where true north is asked for and the World Magnetic Model does not cover the
-    /// place or the date.
+    /// [`SettingsError`] where true north is asked for and the World Magnetic Model does not cover the
+    /// place or the date, and where the low-pass does not go with the rate.
     pub fn new(
         config: &Config,
         camera_id: usize,
         camera: &Camera,
         calibration: Option<&Calibration>,
         nominal_rate_hz: f64,
-    ) -> Result<Self, FieldError> {
+    ) -> Result<Self, SettingsError> {
         let lane = &config.lane;
         let step_rate_hz = lane.step_rate_hz.unwrap_or(nominal_rate_hz);
         let earth = EarthField::of(&config.world);
@@ -76,6 +97,9 @@ impl LaneSettings {
             North::True => earth?.declination_rad,
         };
         let earth_rate_rad_s = earth_rate(config.world.latitude_deg, true_north_rad);
+        let low_pass = low_pass_of(camera, nominal_rate_hz)?;
+        let group_delay_s = low_pass.map_or(0.0, |filter| filter.group_delay_s());
+        let parameters = parameters_of(config, camera, calibration);
         Ok(Self {
             camera_id: camera_id as u32,
             camera: camera.name.clone(),
@@ -88,9 +112,15 @@ impl LaneSettings {
             estimator: Parameters {
                 field_bearing_rad,
                 earth_rate_rad_s,
-                lead_s: camera.imu_delay_s - 0.5 / nominal_rate_hz,
-                ..parameters_of(config, camera, calibration)
+                lead_s: camera.imu_delay_s + group_delay_s - 0.5 / nominal_rate_hz,
+                compass: CompassParameters {
+                    // What the low-pass delays, it delays against the magnetometer as well.
+                    delay_s: -group_delay_s,
+                    ..parameters.compass
+                },
+                ..parameters
             },
+            low_pass,
             validity: config.estimator.validity,
             earth: reference,
             antenna_m: antenna_of(config, camera),
@@ -101,6 +131,17 @@ impl LaneSettings {
             },
         })
     }
+}
+
+/// The low-pass of a camera, if one is configured.
+///
+/// # Errors
+/// [`SettingsError::LowPass`].
+pub fn low_pass_of(camera: &Camera, rate_hz: f64) -> Result<Option<LowPass>, SettingsError> {
+    let made = |cut_off_hz| {
+        LowPass::new(cut_off_hz, rate_hz).ok_or(SettingsError::LowPass { cut_off_hz, rate_hz })
+    };
+    camera.low_pass_hz.map(made).transpose()
 }
 
 fn member_of(config: &Config, camera: &Camera) -> MemberSettings {
@@ -151,7 +192,7 @@ fn parameters_of(
             deg.to_radians().max(LEAST_SYSTEMATIC_RAD)
         });
     Parameters {
-        compass: lodestone_fusion::CompassParameters {
+        compass: CompassParameters {
             systematic_sigma_rad: left_by_calibration,
             ..defaults.compass
         },

@@ -2,9 +2,10 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use lodestone_config::model::Config;
+use lodestone_config::model::{Camera, Config, DriverKind};
 use lodestone_schema::{AlignmentWait, Health, LaneState};
 
+use crate::lane::low_pass_of;
 use crate::publisher::blank_health;
 use crate::reading::HostTime;
 use crate::status_board::{LaneBoard, LaneStatus};
@@ -49,6 +50,16 @@ impl Overview {
     }
 }
 
+/// Of the camera's low-pass, s; `NaN` for a recording, whose rate tells it only in the lane.
+fn group_delay_s(camera: &Camera) -> f64 {
+    match (camera.low_pass_hz, camera.driver) {
+        (None, _) => 0.0,
+        (Some(_), DriverKind::Replay) => f64::NAN,
+        (Some(_), _) => low_pass_of(camera, camera.model.nominal_rate_hz())
+            .map_or(f64::NAN, |filter| filter.map_or(0.0, |f| f.group_delay_s())),
+    }
+}
+
 impl LaneMonitor {
     /// Begins to watch the lane of one camera of the configuration.
     pub fn new(config: &Config, camera: usize, board: Arc<LaneBoard>, start: HostTime) -> Self {
@@ -59,7 +70,7 @@ impl LaneMonitor {
             serial: settings.serial,
             daemon_start_time_ns: start.as_nanos(),
             daemon_pid: std::process::id(),
-            group_delay_s: 0.0,
+            group_delay_s: group_delay_s(settings),
             ..blank_health()
         };
         Self { name: settings.name.clone(), board, health, since: start }

@@ -16,6 +16,8 @@ mod membership;
 mod motion;
 mod pairs;
 mod store;
+#[cfg(test)]
+mod tests;
 mod tree;
 
 pub use founding::Founding;

@@ -10,6 +10,7 @@ mod patience;
 mod programs;
 mod recordings;
 mod replayed;
+mod walks;
 
 pub use broad::{Trial, TrialScore};
 pub use counting::{Counting, counted};
@@ -21,3 +22,4 @@ pub use programs::{lodestone, lodestoned, on_small_shm, said};
 pub use recordings::{Recorded, SensorRow, compressed, synthetic_camera};
 use replayed::text_of;
 pub use replayed::{PoseLine, Replayed, replay, table};
+pub use walks::Walk;

@@ -10,4 +10,5 @@ mod consumers;
 mod damaged_recordings;
 mod replay;
 mod service;
+mod walks;
 mod world;

@@ -11,6 +11,7 @@
 use glam::{DMat3, DVec3};
 
 use super::virtual_imu::lever_arm;
+use crate::aiding::Measurement;
 use crate::covariance::{Block, Covariance, ORIENTATION, POSITION, VELOCITY};
 use crate::estimator::Estimate;
 use crate::frame::{Body, Rotation, Vehicle};
@@ -23,6 +24,45 @@ pub struct Point {
     pub(crate) arm_m: DVec3,
     /// Its axes to the rig's.
     pub(crate) rotation: Rotation<Vehicle, Body>,
+}
+
+impl Point {
+    /// A point that is placed on another one, m in that one's own axes.
+    #[must_use]
+    pub fn offset(self, by_m: DVec3) -> Self {
+        Self { arm_m: self.arm_m + self.rotation.apply(by_m), ..self }
+    }
+
+    /// What others measured at this point, as the rig's filter takes it: a lever from its own origin, the
+    /// orientation of its own axes.
+    pub fn measured(&self, measurement: Measurement) -> Measurement {
+        let lever = |own_m: DVec3| self.offset(own_m).arm_m;
+        match measurement {
+            Measurement::Speed { .. } => measurement,
+            Measurement::Velocity { velocity_m_s, covariance, lever_m } => {
+                Measurement::Velocity { velocity_m_s, covariance, lever_m: lever(lever_m) }
+            }
+            Measurement::Position { position_m, covariance, lever_m } => {
+                Measurement::Position { position_m, covariance, lever_m: lever(lever_m) }
+            }
+            Measurement::Pose {
+                position_m,
+                covariance,
+                lever_m,
+                orientation,
+                orientation_covariance,
+            } => {
+                let turn = orientation.quaternion() * self.rotation.quaternion().conjugate();
+                Measurement::Pose {
+                    position_m,
+                    covariance,
+                    lever_m: lever(lever_m),
+                    orientation: Rotation::from_unit(turn),
+                    orientation_covariance,
+                }
+            }
+        }
+    }
 }
 
 /// The estimate at a point, while the rig's angular acceleration is `swing`, rad/s².

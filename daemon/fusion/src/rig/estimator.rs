@@ -9,7 +9,7 @@ use super::magnetism::{Magnetism, MagnetismParameters};
 use super::virtual_imu::{Inertial, VirtualImu};
 use super::voting::{Exclusion, Given, Voting, VotingParameters};
 use crate::aiding::{Aid, AidReport};
-use crate::covariance::{POSITION, VELOCITY};
+use crate::covariance::VELOCITY;
 use crate::estimator::{Estimate, Estimator, StepReport};
 use crate::grid::{Increment, Step};
 use crate::parameters::{Parameters, SensorNoise};
@@ -116,9 +116,6 @@ impl RigEstimator {
         let step = self.estimator.step(&Step { time, increment, mag, bridged, saturated });
         let gradient = self.by_gradient(&increment, &readings, step.at_rest);
         self.watch_field(step.just_aligned);
-        if step.just_aligned {
-            self.begin_at_the_origin();
-        }
         let (torn, field_bent) = (self.voting.torn, self.bent);
         let members = core::array::from_fn(|k| self.status(k));
         Some(RigReport { time, step, members, torn, field_bent, gradient, bridged, saturated })
@@ -199,6 +196,11 @@ impl RigEstimator {
         self.estimator.aid(aid)
     }
 
+    /// The pose's filter, for who says where in the world the filter point is.
+    pub const fn estimator_mut(&mut self) -> &mut Estimator {
+        &mut self.estimator
+    }
+
     /// Where the members sit.
     pub const fn geometry(&self) -> &Geometry {
         &self.geometry
@@ -207,14 +209,6 @@ impl RigEstimator {
     /// The pose's filter.
     pub const fn estimator(&self) -> &Estimator {
         &self.estimator
-    }
-
-    /// The world's origin is where the rig's origin is aligned, not the filter point.
-    fn begin_at_the_origin(&mut self) {
-        let Some(state) = self.estimator.state() else { return };
-        let place = state.orientation * self.geometry.centroid_m();
-        let known = state.covariance.block(POSITION, POSITION);
-        self.estimator.place(place, known);
     }
 
     /// Whether the compass is held: the field is bent, and the heading known without it.

@@ -3,7 +3,7 @@
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use glam::DVec3;
-use lodestone_config::model::{Disturbance, North, World};
+use lodestone_config::model::{Disturbance, North, Steel, World};
 use thiserror::Error;
 use world_magnetic_model::time::{Date, OffsetDateTime, util::days_in_year};
 use world_magnetic_model::uom::si::angle::{degree, radian};
@@ -108,6 +108,17 @@ fn today() -> Result<Date, FieldError> {
     OffsetDateTime::from_unix_timestamp(seconds)
         .map(OffsetDateTime::date)
         .map_err(|_| FieldError::Clock)
+}
+
+/// The field of a dipole that stands in W, µT: `µ₀/4π (3 (m·r̂) r̂ − m) / r³`. Within a decimetre of its
+/// place, where no steel is a point, it is that of a decimetre.
+pub(crate) fn steel_at(steel: &Steel, place: DVec3) -> DVec3 {
+    const LEAST_M: f64 = 0.1;
+    let moment = DVec3::from_array(steel.moment_a_m2);
+    let r = place - DVec3::from_array(steel.position_m);
+    let distance = r.length().max(LEAST_M);
+    let n = r / distance;
+    (n * (3.0 * moment.dot(n)) - moment) * (0.1 / distance.powi(3))
 }
 
 /// Time in which a disturbance comes up, and in which it fades, s.

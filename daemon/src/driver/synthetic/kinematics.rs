@@ -44,6 +44,23 @@ impl Motion {
     }
 }
 
+impl Motion {
+    /// The motion of a seat on a body whose motion this is, with the body's angular acceleration,
+    /// rad/s².
+    fn of_seat(&self, seat: &Seat, swing: DVec3) -> Self {
+        let turning = self.rate.cross(seat.position);
+        let arm = |v: DVec3| self.orientation.apply(v);
+        Self {
+            position: self.position + arm(seat.position),
+            velocity: self.velocity + arm(turning),
+            acceleration: self.acceleration
+                + arm(swing.cross(seat.position) + self.rate.cross(turning)),
+            orientation: self.orientation * seat.rotation,
+            rate: seat.rotation.inverse().apply(self.rate),
+        }
+    }
+}
+
 /// Angular rate in the body frame from the rates of the ZYX Euler angles, rad/s (Titterton and
 /// Weston, Strapdown Inertial Navigation Technology, 2nd edition, §3.6.3.3, inverted).
 fn body_rate(pose: &PoseJet) -> DVec3 {
@@ -57,23 +74,45 @@ fn body_rate(pose: &PoseJet) -> DVec3 {
     )
 }
 
-/// A trajectory that begins at the origin of W.
+/// Where a camera sits on the body that moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Seat {
+    /// Position of the IMU in the body's axes, m.
+    pub(crate) position: DVec3,
+    /// Camera's axes to the body's.
+    pub(crate) rotation: Rotation<Body, Body>,
+}
+
+/// Half the span over which the angular acceleration is taken, s.
+const SWING_S: f64 = 1e-4;
+
+/// A trajectory that begins at the origin of W, and where on what moves along it the camera sits.
 #[derive(Clone)]
 pub(crate) struct Mover {
     trajectory: Arc<dyn Trajectory>,
     origin: DVec3,
+    seat: Option<Seat>,
 }
 
 impl Mover {
     /// Moves a trajectory so that it begins at the origin.
     pub(crate) fn new(trajectory: Arc<dyn Trajectory>) -> Self {
         let origin = Motion::of(&trajectory.pose(0.0), DVec3::ZERO).position;
-        Self { trajectory, origin }
+        Self { trajectory, origin, seat: None }
+    }
+
+    /// The same for a camera on the moving body.
+    pub(crate) fn seated(self, seat: Seat) -> Self {
+        Self { seat: Some(seat), ..self }
     }
 
     /// The motion at a time since the beginning, s.
     pub(crate) fn at(&self, time_s: f64) -> Motion {
-        Motion::of(&self.trajectory.pose(time_s), self.origin)
+        let of_body = |time_s: f64| Motion::of(&self.trajectory.pose(time_s), self.origin);
+        let body = of_body(time_s);
+        let Some(seat) = &self.seat else { return body };
+        let (before, after) = (of_body(time_s - SWING_S).rate, of_body(time_s + SWING_S).rate);
+        body.of_seat(seat, (after - before) / (2.0 * SWING_S))
     }
 }
 
@@ -150,6 +189,28 @@ mod tests {
             let motion = Motion::of(&rest, DVec3::ZERO);
             let felt = motion.orientation.apply(Earth::at(48.0, 0.0).specific_force(&motion));
             prop_assert!((felt - DVec3::new(0.0, 0.0, 9.81)).length() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_seats_velocity_and_acceleration_are_its_positions_derivatives() {
+        let seat = Seat {
+            position: DVec3::new(0.3, -0.4, 0.2),
+            rotation: Rotation::from_yaw_pitch_roll(1.0, 0.2, -0.3),
+        };
+        let at = |time_s: f64| {
+            let rate = |t: f64| Motion::of(&pose(t, [0.7, 1.1, 0.5]), DVec3::ZERO).rate;
+            let swing = (rate(time_s + 1e-4) - rate(time_s - 1e-4)) / 2e-4;
+            Motion::of(&pose(time_s, [0.7, 1.1, 0.5]), DVec3::ZERO).of_seat(&seat, swing)
+        };
+        for time_s in [-1.0, 0.3, 1.7] {
+            let (before, now, after) = (at(time_s - 1e-4), at(time_s), at(time_s + 1e-4));
+            let velocity = (after.position - before.position) / 2e-4;
+            let acceleration = (after.velocity - before.velocity) / 2e-4;
+            assert!((velocity - now.velocity).length() < 1e-6);
+            assert!((acceleration - now.acceleration).length() < 1e-5);
+            let turned = (before.orientation.inverse() * after.orientation).quaternion();
+            assert!((turned.to_scaled_axis() / 2e-4 - now.rate).length() < 1e-6);
         }
     }
 

@@ -37,8 +37,9 @@ mod tests;
 
 use std::time::Duration;
 
-use lodestone_config::model::{Camera, Disturbance, TrajectoryKind, World};
-use lodestone_fusion::{Accel, Gyro, Mag, SensorTime};
+use glam::DVec3;
+use lodestone_config::model::{Camera, Disturbance, Steel, Synthetic, TrajectoryKind, World};
+use lodestone_fusion::{Accel, Gyro, Mag, Rotation, SensorTime};
 use thiserror::Error;
 
 pub use field::{EarthField, FieldError};
@@ -49,7 +50,7 @@ pub use truth::{Truth, TruthSource};
 use super::{BATCH, Driver, DriverCounters, DriverInfo, Sink, SourceState};
 use crate::reading::{Reading, RecordedAiding};
 use clock::SensorClock;
-use kinematics::{Earth, Mover};
+use kinematics::{Earth, Mover, Seat};
 use machines::Machines;
 use pace::{Due, Pace};
 use random::Stream;
@@ -93,6 +94,9 @@ struct WorldModel {
     field: EarthField,
     disturbances: Vec<Disturbance>,
     machines: Machines,
+    steel: Vec<Steel>,
+    /// From the IMU to the magnetometer, body axes, m.
+    magnetometer_arm: DVec3,
     /// Age of what the inertial sensors show, s.
     imu_delay_s: f64,
 }
@@ -104,6 +108,8 @@ impl WorldModel {
         let felt = self.mover.at(time_s - self.imu_delay_s);
         let added = self.disturbances.iter().map(|d| field::disturbance_at(d, time_s));
         let field = added.fold(self.field.world_ut, |sum, b| sum + b);
+        let place = motion.position + motion.orientation.apply(self.magnetometer_arm);
+        let field = self.steel.iter().fold(field, |sum, s| sum + field::steel_at(s, place));
         let vehicle = self.machines.field(time_s, motion.velocity.length());
         Stimulus {
             time_s,
@@ -121,13 +127,29 @@ impl SyntheticDriver {
     /// If a setting has no meaning, the axis map is no rotation, or the earth's field is not known
     /// at the world's place and date.
     pub fn new(camera: &Camera, world: &World) -> Result<Self, SyntheticError> {
+        Self::make(camera, None, world)
+    }
+
+    /// Makes a camera that rides on a body, at its mounting; the body moves as the leading camera's
+    /// settings say. All cameras that ride on one body move as one.
+    ///
+    /// # Errors
+    /// As [`SyntheticDriver::new`].
+    pub fn riding(camera: &Camera, leader: &Camera, world: &World) -> Result<Self, SyntheticError> {
+        Self::make(camera, Some(leader), world)
+    }
+
+    fn make(
+        camera: &Camera,
+        leader: Option<&Camera>,
+        world: &World,
+    ) -> Result<Self, SyntheticError> {
         let synthetic = camera.synthetic.clone().unwrap_or_default();
         settings::check(&synthetic)?;
         let field = EarthField::of(world)?;
         let earth = Earth::at(world.latitude_deg, field.true_north_rad);
         let seed = synthetic.seed;
-        let mut drawn = Stream::Trajectory.of(seed);
-        let mover = Mover::new(trajectory::build(&synthetic, &mut drawn));
+        let mover = mover(camera, leader, &synthetic);
         let clock = SensorClock::drawn(
             synthetic.transport.clock_error,
             synthetic.errors.quantise,
@@ -145,6 +167,8 @@ impl SyntheticDriver {
                 field,
                 machines: Machines::drawn(&synthetic),
                 disturbances: synthetic.disturbance,
+                steel: world.steel.clone(),
+                magnetometer_arm: DVec3::from_array(camera.magnetometer_position_m),
                 imu_delay_s: camera.imu_delay_s,
             },
             sensors,
@@ -237,6 +261,20 @@ impl Driver for SyntheticDriver {
     fn counters(&self) -> DriverCounters {
         DriverCounters::default()
     }
+}
+
+/// The camera's own motion, or that of its seat on what the leading camera's settings move.
+fn mover(camera: &Camera, leader: Option<&Camera>, own: &Synthetic) -> Mover {
+    let moves = |synthetic: &Synthetic| {
+        let mut drawn = Stream::Trajectory.of(synthetic.seed);
+        Mover::new(trajectory::build(synthetic, &mut drawn))
+    };
+    let Some(leader) = leader else { return moves(own) };
+    let [roll, pitch, yaw] = camera.mounting.roll_pitch_yaw_deg.map(f64::to_radians);
+    moves(&leader.synthetic.clone().unwrap_or_default()).seated(Seat {
+        position: DVec3::from_array(camera.mounting.position_m),
+        rotation: Rotation::from_yaw_pitch_roll(yaw, pitch, roll),
+    })
 }
 
 fn info(camera: &Camera, trajectory: TrajectoryKind) -> DriverInfo {

@@ -126,6 +126,14 @@ pub struct GradientReport {
     pub nis: f64,
 }
 
+impl GradientReport {
+    /// 1σ of the velocity along the direction that is known best, m/s; nothing where none is known.
+    pub fn best_sigma_m_s(&self) -> Option<f64> {
+        let least = eigen(self.covariance).values.z;
+        (self.directions > 0 && least > 0.0).then(|| libm::sqrt(least))
+    }
+}
+
 /// The pose's filter, as far as it matters here.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Carrier {
