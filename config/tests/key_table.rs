@@ -215,6 +215,7 @@ fn choices_are_the_words_of_the_enums() {
         ("lane.threads", words_of::<Threads>()),
         ("estimator.preset", words_of::<Preset>()),
         ("estimator.heading", words_of::<HeadingMode>()),
+        ("estimator.preset", words_of::<Preset>()),
         ("camera.driver", words_of::<DriverKind>()),
         ("camera.model", words_of::<CameraModel>()),
         ("camera.synthetic.trajectory", words_of::<TrajectoryKind>()),

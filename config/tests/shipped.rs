@@ -106,3 +106,19 @@ fn the_scenarios_are_valid_places_of_one_camera_each() {
     assert_eq!(names.len(), STATIC_SCENARIOS.len());
     assert_eq!(biases.len(), 1, "it is one camera that is carried from place to place");
 }
+
+#[test]
+fn the_rig_is_three_cameras_that_ride_on_one_body_and_are_not_in_a_line() {
+    let config = load("rig.toml");
+    let rigs = config.rigs();
+    assert_eq!(rigs.len(), 1);
+    assert_eq!(rigs[0].members, [0, 1, 2]);
+    assert!(!config.world.steel.is_empty());
+    let places: Vec<[f64; 3]> = config.camera.iter().map(|c| c.mounting.position_m).collect();
+    let [a, b, c] = [places[0], places[1], places[2]];
+    let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    assert!(area.abs() > 0.1, "{area}");
+    let leaders = config.camera.iter().map(|camera| config.leader_of(camera).name.as_str());
+    assert!(leaders.into_iter().all(|name| name == "front"));
+    assert!(config.summary().contains("rig of front, left, right"));
+}

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use lodestone_config::model::Threads;
@@ -18,7 +18,7 @@ use crate::status_board::LaneBoard;
 
 /// Longest wait for a sample before the lane looks after itself; well below the time after which
 /// silence counts as stale.
-const PATIENCE: Duration = Duration::from_millis(20);
+pub(crate) const PATIENCE: Duration = Duration::from_millis(20);
 
 /// Starts the lane of one camera; returns once its services are open.
 ///
@@ -92,35 +92,68 @@ fn run_on_one_thread<P: Publish>(
 /// the ring can hold; each sample pays for a wake-up.
 fn run_on_two_threads<P: Publish>(
     context: &LaneContext,
-    mut driver: Box<dyn Driver>,
-    (mut producer, mut consumer): (Producer, Consumer),
+    driver: Box<dyn Driver>,
+    (producer, mut consumer): (Producer, Consumer),
     mut worker: Worker<P>,
     mut inbox: AidingInbox,
 ) -> Result<(), LaneFailure> {
-    let (stop, board) = (context.stop.clone(), Arc::clone(&context.board));
-    let lost = Arc::new(AtomicBool::new(false));
-    let says_lost = Arc::clone(&lost);
-    let read = move || {
-        let mut state = SourceState::Streaming;
-        while !stop.is_raised() && state != SourceState::Ended {
-            state = driver.poll(PATIENCE, &mut producer);
-            says_lost.store(state == SourceState::Lost, Ordering::Relaxed);
-            count(&*driver, &producer, &board);
-        }
-    };
-    let name = format!("driver-{}", context.settings().name);
-    let reader = thread::Builder::new().name(name).spawn(read).map_err(LaneFailure::of)?;
+    let reader = Reader::start(context, driver, producer)?;
     while !(consumer.is_closed() && consumer.is_empty()) {
         consumer.wait(PATIENCE);
         hear(&mut worker, &mut inbox);
         while let Some(reading) = consumer.pop() {
             worker.take(&reading);
         }
-        let lost = lost.load(Ordering::Relaxed);
-        let state = if lost { SourceState::Lost } else { SourceState::Streaming };
-        worker.watch(state, HostTime::now());
+        worker.watch(reader.state(), HostTime::now());
     }
-    reader.join().map_err(|_| LaneFailure::Panic("the driver's thread".into()))
+    reader.join()
+}
+
+/// A driver that fills a ring on a thread of its own.
+pub(crate) struct Reader {
+    thread: JoinHandle<()>,
+    lost: Arc<AtomicBool>,
+}
+
+impl Reader {
+    /// Starts to read.
+    ///
+    /// # Errors
+    /// [`LaneFailure`] if there is no thread to be had.
+    pub(crate) fn start(
+        context: &LaneContext,
+        mut driver: Box<dyn Driver>,
+        mut producer: Producer,
+    ) -> Result<Self, LaneFailure> {
+        let (stop, board) = (context.stop.clone(), Arc::clone(&context.board));
+        let lost = Arc::new(AtomicBool::new(false));
+        let says_lost = Arc::clone(&lost);
+        let read = move || {
+            let mut state = SourceState::Streaming;
+            while !stop.is_raised() && state != SourceState::Ended {
+                state = driver.poll(PATIENCE, &mut producer);
+                says_lost.store(state == SourceState::Lost, Ordering::Relaxed);
+                count(&*driver, &producer, &board);
+            }
+        };
+        let name = format!("driver-{}", context.settings().name);
+        let thread = thread::Builder::new().name(name).spawn(read).map_err(LaneFailure::of)?;
+        Ok(Self { thread, lost })
+    }
+
+    /// Whether the source is there.
+    pub(crate) fn state(&self) -> SourceState {
+        let lost = self.lost.load(Ordering::Relaxed);
+        if lost { SourceState::Lost } else { SourceState::Streaming }
+    }
+
+    /// Waits for the source's end.
+    ///
+    /// # Errors
+    /// [`LaneFailure`] if the driver panicked.
+    pub(crate) fn join(self) -> Result<(), LaneFailure> {
+        self.thread.join().map_err(|_| LaneFailure::Panic("the driver's thread".into()))
+    }
 }
 
 /// What others measured goes before the readings that came with it: the core keeps what is ahead.

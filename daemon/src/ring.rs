@@ -5,7 +5,8 @@
 //! slot, a few instructions.
 //!
 //! A loop on its own thread sleeps in [`Consumer::wait`], on a futex; the producer makes the
-//! system call to wake it only while it sleeps.
+//! system call to wake it only while it sleeps. A loop with several rings has one [`Doorbell`] for all
+//! of them, and sleeps in [`wait_for_any`].
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering, fence};
@@ -57,22 +58,65 @@ struct Shared {
     dropped: AtomicU64,
     high_water: AtomicUsize,
     closed: AtomicBool,
-    /// [`ASLEEP`] while the consumer sleeps or is about to; the futex word.
-    consumer: AtomicU32,
+    bell: Doorbell,
 }
 
 const AWAKE: u32 = 0;
 const ASLEEP: u32 = 1;
 
+/// What producers wake a consumer by: its word is [`ASLEEP`] while the consumer sleeps or is about to.
+#[derive(Clone, Debug, Default)]
+pub struct Doorbell(Arc<AtomicU32>);
+
+impl Doorbell {
+    /// Wakes the consumer if it sleeps.
+    fn ring(&self) {
+        // With the fence in `wait`: either this load sees ASLEEP, or the consumer's look into its
+        // queues after it stored ASLEEP sees what was pushed before this fence.
+        fence(Ordering::SeqCst);
+        if self.0.load(Ordering::Relaxed) == ASLEEP {
+            self.0.store(AWAKE, Ordering::Relaxed);
+            // It fails only on a bad address or flag, which these are not.
+            let _ = futex::wake(&self.0, futex::Flags::PRIVATE, 1);
+        }
+    }
+
+    /// Sleeps until it is rung or `timeout` has passed, unless there is something to do already; may
+    /// return early.
+    fn wait(&self, timeout: Duration, is_idle: impl FnOnce() -> bool) {
+        self.0.store(ASLEEP, Ordering::Relaxed);
+        fence(Ordering::SeqCst);
+        if is_idle() {
+            let timeout = Timespec::try_from(timeout).ok();
+            // Timed out, interrupted, woken before it slept: the caller looks again in any case.
+            let _ = futex::wait(&self.0, futex::Flags::PRIVATE, ASLEEP, timeout.as_ref());
+        }
+        self.0.store(AWAKE, Ordering::Relaxed);
+    }
+}
+
+/// Sleeps until a reading waits in one of the rings, all are closed, or `timeout` has passed; may
+/// return early. The rings have this bell.
+pub fn wait_for_any(bell: &Doorbell, consumers: &[Consumer], timeout: Duration) {
+    bell.wait(timeout, || {
+        consumers.iter().all(Consumer::is_empty) && !consumers.iter().all(Consumer::is_closed)
+    });
+}
+
 /// Makes a ring that holds `capacity` readings, at least one.
 pub fn ring(capacity: usize) -> (Producer, Consumer) {
+    ring_with(capacity, Doorbell::default())
+}
+
+/// Makes a ring whose consumer has other rings with the same bell.
+pub fn ring_with(capacity: usize, bell: Doorbell) -> (Producer, Consumer) {
     let shared = Arc::new(Shared {
         queue: ArrayQueue::new(capacity.max(1)),
         pushed: AtomicU64::new(0),
         dropped: AtomicU64::new(0),
         high_water: AtomicUsize::new(0),
         closed: AtomicBool::new(false),
-        consumer: AtomicU32::new(AWAKE),
+        bell,
     });
     (Producer { shared: Arc::clone(&shared) }, Consumer { shared })
 }
@@ -87,18 +131,6 @@ impl Producer {
     /// A view of the counters.
     pub fn monitor(&self) -> RingMonitor {
         RingMonitor(Arc::clone(&self.shared))
-    }
-
-    /// Wakes the consumer if it sleeps.
-    fn wake(&self) {
-        // With the fence in `Consumer::wait`: either this load sees ASLEEP, or the consumer's look
-        // into the queue after it stored ASLEEP sees what was pushed before this fence.
-        fence(Ordering::SeqCst);
-        if self.shared.consumer.load(Ordering::Relaxed) == ASLEEP {
-            self.shared.consumer.store(AWAKE, Ordering::Relaxed);
-            // It fails only on a bad address or flag, which these are not.
-            let _ = futex::wake(&self.shared.consumer, futex::Flags::PRIVATE, 1);
-        }
     }
 }
 
@@ -115,14 +147,14 @@ impl Sink for Producer {
         if waiting > shared.high_water.load(Ordering::Relaxed) {
             shared.high_water.store(waiting, Ordering::Relaxed);
         }
-        self.wake();
+        shared.bell.ring();
     }
 }
 
 impl Drop for Producer {
     fn drop(&mut self) {
         self.shared.closed.store(true, Ordering::Release);
-        self.wake();
+        self.shared.bell.ring();
     }
 }
 
@@ -155,15 +187,7 @@ impl Consumer {
 
     /// Sleeps until a reading waits, the ring is closed, or `timeout` has passed; may return early.
     pub fn wait(&mut self, timeout: Duration) {
-        let word = &self.shared.consumer;
-        word.store(ASLEEP, Ordering::Relaxed);
-        fence(Ordering::SeqCst);
-        if self.is_empty() && !self.is_closed() {
-            let timeout = Timespec::try_from(timeout).ok();
-            // Timed out, interrupted, woken before it slept: the caller looks again in any case.
-            let _ = futex::wait(word, futex::Flags::PRIVATE, ASLEEP, timeout.as_ref());
-        }
-        word.store(AWAKE, Ordering::Relaxed);
+        self.shared.bell.wait(timeout, || self.is_empty() && !self.is_closed());
     }
 
     /// A view of the counters.
@@ -236,6 +260,45 @@ mod tests {
         drop(producer);
         consumer.wait(Duration::MAX);
         assert!(consumer.is_closed());
+    }
+
+    #[test]
+    fn one_bell_wakes_for_any_of_several_rings() {
+        // Given a consumer of three rings that sleeps without a timeout, when any producer pushes, and
+        // when all are gone, then it wakes: a lost wake-up hangs the test.
+        let bell = Doorbell::default();
+        let (producers, mut consumers): (Vec<_>, Vec<_>) =
+            (0..3).map(|_| ring_with(64, bell.clone())).unzip();
+        let threads: Vec<_> = producers
+            .into_iter()
+            .map(|mut producer| {
+                thread::spawn(move || {
+                    for n in 0..2000 {
+                        producer.push(reading(n));
+                        if n % 50 == 0 {
+                            thread::yield_now();
+                        }
+                    }
+                })
+            })
+            .collect();
+        let mut last = [None; 3];
+        loop {
+            let closed = consumers.iter().all(Consumer::is_closed);
+            for (consumer, last) in consumers.iter_mut().zip(&mut last) {
+                while let Some(reading) = consumer.pop() {
+                    *last = Some(sequence(&reading));
+                }
+            }
+            if closed {
+                break;
+            }
+            wait_for_any(&bell, &consumers, Duration::MAX);
+        }
+        assert_eq!(last, [Some(1999); 3]);
+        for thread in threads {
+            thread.join().unwrap();
+        }
     }
 
     /// Everything the consumer gets until the ring is closed and empty.

@@ -6,9 +6,17 @@ mod common;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::fmt::Write as _;
+use std::sync::Arc;
 
 use common::{in_child, own_domain, pose, sample, small};
+use lodestone_config::Loaded;
+use lodestone_config::model::Config;
+use lodestone_daemon::clock::UnixOffset;
+use lodestone_daemon::lane::Publish;
 use lodestone_daemon::publisher::LanePublisher;
+use lodestone_daemon::reading::{HostTime, Reading, RecordedAiding};
+use lodestone_daemon::rig::{Outlet, RigCore, RigSettings, RigWorker};
 use lodestone_daemon::status_board::{LaneBoard, LaneStatus, SensorStatus};
 use lodestone_schema::{LaneState, Pose, ServiceKind};
 
@@ -86,4 +94,98 @@ fn a_message_costs_the_one_allocation_of_iceoryx2_and_reporting_costs_none() {
             "the counter counts"
         );
     });
+}
+
+/// Takes messages and keeps none.
+struct Nowhere;
+
+impl Publish for Nowhere {
+    fn pose(&mut self, pose: &Pose) -> Option<HostTime> {
+        Some(HostTime::from_nanos(pose.arrival_time_ns))
+    }
+
+    fn sample(&mut self, _: &lodestone_schema::CalibratedSample) {}
+
+    fn errors(&self) -> u64 {
+        0
+    }
+}
+
+/// Three cameras on one body.
+fn rig() -> Loaded {
+    let mut text = String::from("[[body]]\nname = \"rig\"\n");
+    for (name, x, y) in [("a", 0.3, 0.0), ("b", -0.15, 0.25), ("c", -0.15, -0.25)] {
+        write!(
+            text,
+            "[[camera]]\nname = \"{name}\"\ndriver = \"synthetic\"\nbody = \"rig\"\n\
+             axis_map = [\"x\", \"y\", \"z\"]\n[camera.mounting]\nposition_m = [{x}, {y}, 0.0]\n"
+        )
+        .unwrap();
+    }
+    let config = Config::from_toml("rig", &text).unwrap();
+    Loaded { config, path: std::path::PathBuf::new() }
+}
+
+/// A level camera that is turned slowly to and fro, with a magnetometer.
+fn reading(n: i64) -> Reading {
+    let mut random = n.wrapping_mul(6_364_136_223_846_793_005).rotate_left(17) % 1000;
+    let mut small = || {
+        random = random.wrapping_mul(48_271) % 2_147_483_647;
+        (random % 1000) as f64 * 1e-6
+    };
+    let time = 1_000_000_000 + n * 2_500_000;
+    Reading {
+        sensor_time: lodestone_fusion::SensorTime::from_nanos(time),
+        arrival: HostTime::from_nanos(time + 100_000),
+        gyro: lodestone_fusion::Gyro::new(glam::DVec3::new(small(), small(), small())),
+        accel: lodestone_fusion::Accel::new(glam::DVec3::new(small(), small(), 9.81 + small())),
+        mag: (n % 8 == 0)
+            .then(|| lodestone_fusion::Mag::new(glam::DVec3::new(20.0 + small(), small(), -43.0))),
+        temperature_c: None,
+        saturated: false,
+        epoch: 0,
+        aiding: RecordedAiding::NONE,
+    }
+}
+
+#[test]
+fn a_rigs_lane_allocates_nothing_after_it_was_made() {
+    let loaded = rig();
+    let rig = loaded.config.rigs().remove(0);
+    let settings = RigSettings::new(&loaded, &rig, &[400.0; 3]).unwrap();
+    let outlet = || Outlet { publisher: Nowhere, board: Arc::new(LaneBoard::new()) };
+    let members = (0..3).map(|_| (outlet(), 1.0)).collect();
+    let core = RigCore::new(&settings);
+    let mut worker = RigWorker::new(core, settings, outlet(), members, UnixOffset::sampled());
+    let mut feed = |from: i64, to: i64, present: &[usize]| {
+        for n in from..to {
+            for (noise, &member) in (3 * n..).zip(present) {
+                worker.take(member, &reading(noise).at(n));
+            }
+        }
+    };
+    feed(0, 100, &[0, 1, 2]);
+    let counted = counted(|| {
+        feed(100, 2000, &[0, 1, 2]);
+        // One is silent for a while, and comes back.
+        feed(2000, 2400, &[0, 2]);
+        feed(2400, 4400, &[0, 1, 2]);
+    });
+    assert_eq!(counted, (0, 0));
+}
+
+trait At {
+    /// The same, taken at another step.
+    fn at(self, step: i64) -> Self;
+}
+
+impl At for Reading {
+    fn at(self, step: i64) -> Self {
+        let time = 1_000_000_000 + step * 2_500_000;
+        Self {
+            sensor_time: lodestone_fusion::SensorTime::from_nanos(time),
+            arrival: HostTime::from_nanos(time + 100_000),
+            ..self
+        }
+    }
 }

@@ -16,7 +16,8 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::ipc;
 use lodestone_config::model::{Camera, Config, DriverKind, SharedMemory};
 use lodestone_daemon::publisher::{
-    HealthPublisher, LanePublisher, PublisherError, TruthPublisher, qos_of,
+    HealthPublisher, LanePublisher, PublisherError, Requests, TruthPublisher, WorldPublisher,
+    qos_of,
 };
 use lodestone_daemon::reading::HostTime;
 use lodestone_daemon::service::prefault::PrefaultError;
@@ -187,6 +188,8 @@ fn take_everything(domain: &Domain, settings: &SharedMemory) -> u64 {
     let node = domain.open_node("all").unwrap();
     let mut health = HealthPublisher::open(&node, settings, "front").unwrap();
     let mut truth = TruthPublisher::open(&node, settings, "front").unwrap();
+    let _world = WorldPublisher::open(&node, settings).unwrap();
+    let _requests = Requests::open(&node, settings).unwrap();
     let _consumers: Vec<_> = (0..settings.max_subscribers).map(|_| subscribe(&node)).collect();
     lane.publish_pose(&pose(0)).unwrap();
     lane.publish_sample(&sample(0));

@@ -129,3 +129,51 @@ fn two_recordings_of_one_name_are_wrong_usage() {
     let output = place.lodestoned(&["replay", "rest.csv", "rest.csv", "--out", "poses"]);
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
 }
+
+/// Three cameras at rest on one rig, in recordings of their own.
+fn rig_of_three() -> String {
+    let mut text = String::from("[[body]]\nname = \"rig\"\n");
+    for (name, x) in [("left", "0.3"), ("middle", "0.0"), ("right", "-0.3")] {
+        write!(
+            text,
+            "[[camera]]\nname = \"{name}\"\ndriver = \"replay\"\nbody = \"rig\"\n\
+             [camera.mounting]\nposition_m = [0.0, {x}, 0.0]\n\
+             [camera.replay]\nfile = \"{name}.csv\"\n"
+        )
+        .unwrap();
+    }
+    text
+}
+
+#[test]
+fn a_configurations_recordings_are_replayed_together_and_a_short_one_is_left_out() {
+    let (whole, short) = (recording(IN_BODY_AXES), recording(IN_BODY_AXES));
+    let short: Vec<&str> = short.lines().take(ROWS / 2).collect();
+    let place = Place::with(&[
+        ("left.csv", &whole),
+        ("middle.csv", &whole),
+        ("right.csv", &short.join("\n")),
+        ("rig.toml", &rig_of_three()),
+    ]);
+    let output = place.lodestoned(&["replay", "--config", "rig.toml", "--out", "poses"]);
+    assert!(output.status.success(), "{}", said(&output));
+    let rows = |name: &str| {
+        let text = std::fs::read_to_string(place.0.path().join("poses").join(name)).unwrap();
+        text.lines().skip(1).map(str::to_owned).collect::<Vec<_>>()
+    };
+    for name in ["rig.csv", "left.csv", "middle.csv", "right.csv"] {
+        let rows = rows(name);
+        assert_eq!(rows.len(), ROWS - 1, "{name}");
+        let known = rows.last().unwrap().split(',').nth(4).is_some_and(|w| !w.is_empty());
+        assert!(known, "{name}: the pose goes on without one member");
+    }
+    assert!(rows("rig-gradient.csv").is_empty(), "three in a line tell no gradient");
+}
+
+#[test]
+fn without_any_recording_it_says_what_it_needs() {
+    let place = Place::with(&[]);
+    let output = place.lodestoned(&["replay", "--out", "poses"]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("no recording: name FILE"), "{}", said(&output));
+}

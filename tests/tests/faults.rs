@@ -61,6 +61,8 @@ fn cameras() -> String {
             format!("trajectory = \"standing\", rest_s = 1.0, duration_s = 5.0, speed = {speed:?}");
         writeln!(text, "[[camera]]\nname = \"{name}\"\ndriver = \"synthetic\"").unwrap();
         writeln!(text, "synthetic = {{ {source}, seed = {seed} }}").unwrap();
+        // All stand in one place: without a start, nobody knows where but of the first.
+        writeln!(text, "start = {{ position_m = [0.0, 0.0, 0.0] }}").unwrap();
         for (_, kind, duration_s) in FAULTS.iter().filter(|fault| fault.0 == name) {
             writeln!(text, "[[camera.fault]]\nkind = \"{kind}\"").unwrap();
             writeln!(text, "at_s = {AT_S}\nduration_s = {duration_s}").unwrap();

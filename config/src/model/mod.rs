@@ -65,6 +65,13 @@ impl Config {
         rigs.filter(|rig| rig.members.len() > 1).collect()
     }
 
+    /// Name and serial number of what a lane's index stands for: a camera, or behind the cameras a body,
+    /// which has no serial number.
+    pub fn published_as(&self, index: usize) -> (&str, u64) {
+        let bodies = || &self.body[index - self.camera.len()].name;
+        self.camera.get(index).map_or_else(|| (bodies().as_str(), 0), |c| (&c.name, c.serial))
+    }
+
     /// The camera whose simulated motion a camera rides on: the first of its body, else itself.
     pub fn leader_of<'a>(&'a self, camera: &'a Camera) -> &'a Camera {
         let first = |name: &String| {

@@ -13,6 +13,7 @@ use super::supervision::{LaneContext, LaneFailure, Lanes, StartedLane};
 use crate::cli::RunArgs;
 use crate::clock::UnixOffset;
 use crate::console::Console;
+use crate::rig::{is_member, lane as rig_lane};
 use crate::service::housekeeping::{Duties, Housekeeping, HousekeepingError, HousekeptLane};
 use crate::service::instance::{InstanceError, InstanceLock};
 use crate::service::leftovers;
@@ -20,7 +21,7 @@ use crate::service::overview::Overview;
 use crate::service::signals::{StopFlag, reset_on_signal};
 use crate::service::space::{self, SpaceError};
 use crate::status_board::LaneBoard;
-use crate::world::{Beginning, Keeper};
+use crate::world::{Beginning, Keeper, Place, WorldFrame};
 
 /// Between two looks at lanes, signals and console: five redraws a second.
 const TICK: Duration = Duration::from_millis(200);
@@ -97,32 +98,21 @@ pub fn run(
     let unix_offset = UnixOffset::sampled();
     let (keeper, Beginning { frame, places }) = Keeper::begin(&loaded, kept);
     let mut lanes = Lanes::default();
-    let mut open = |camera: usize, board: &Arc<LaneBoard>| {
-        start(LaneContext {
-            camera,
-            loaded: Arc::clone(&loaded),
-            domain: domain.clone(),
-            board: Arc::clone(board),
-            unix_offset: unix_offset.clone(),
-            world: Arc::clone(&frame),
-            kept_place: places[camera],
-            stop: stop.clone(),
-        })
-    };
-
-    let result = start_all(&loaded.config, &mut lanes, &mut open).and_then(|lanes_kept| {
-        let duties = Duties { lanes: lanes_kept, keeper, reset };
-        let overview = Overview::default();
-        let housekeeping =
-            Housekeeping::start(&domain, &loaded.config, duties, &overview, &unix_offset)?;
-        info!("serving {} cameras in {}", loaded.config.camera.len(), domain.root);
-        let watched = watch(&mut lanes, &housekeeping, &overview, &mut console, args, &stop);
-        stop.raise();
-        let joined = lanes.join_all().map_err(lane_error);
-        let kept_well = housekeeping.stop();
-        console.show(&overview.views());
-        watched.and(joined).and(kept_well.then_some(()).ok_or(RunError::HousekeepingPanicked))
-    });
+    let members = contexts(&loaded, &domain, &unix_offset, &frame, (&places, &stop));
+    let result =
+        start_all(&loaded.config, &mut lanes, &members, &mut start).and_then(|lanes_kept| {
+            let duties = Duties { lanes: lanes_kept, keeper, reset };
+            let overview = Overview::default();
+            let housekeeping =
+                Housekeeping::start(&domain, &loaded.config, duties, &overview, &unix_offset)?;
+            info!("serving {} cameras in {}", loaded.config.camera.len(), domain.root);
+            let watched = watch(&mut lanes, &housekeeping, &overview, &mut console, args, &stop);
+            stop.raise();
+            let joined = lanes.join_all().map_err(lane_error);
+            let kept_well = housekeeping.stop();
+            console.show(&overview.views());
+            watched.and(joined).and(kept_well.then_some(()).ok_or(RunError::HousekeepingPanicked))
+        });
     stop.raise();
     let joined = lanes.join_all().map_err(lane_error);
     info!("stopped");
@@ -144,18 +134,50 @@ fn prepare(config: &Config) -> Result<(Domain, InstanceLock), RunError> {
     Ok((domain, lock))
 }
 
+/// What each camera's lane needs to know.
+fn contexts(
+    loaded: &Arc<Loaded>,
+    domain: &Domain,
+    unix_offset: &UnixOffset,
+    world: &Arc<WorldFrame>,
+    (places, stop): (&[Option<Place>], &StopFlag),
+) -> Vec<LaneContext> {
+    let context = |(camera, place): (usize, &Option<Place>)| LaneContext {
+        camera,
+        loaded: Arc::clone(loaded),
+        domain: domain.clone(),
+        board: Arc::new(LaneBoard::new()),
+        unix_offset: unix_offset.clone(),
+        world: Arc::clone(world),
+        kept_place: *place,
+        stop: stop.clone(),
+    };
+    places.iter().take(loaded.config.camera.len()).enumerate().map(context).collect()
+}
+
+/// Starts a lane for each camera that moves for itself, and one for each rig.
 fn start_all(
     config: &Config,
     lanes: &mut Lanes,
-    start: &mut impl FnMut(usize, &Arc<LaneBoard>) -> Result<StartedLane, LaneFailure>,
+    contexts: &[LaneContext],
+    start: &mut impl FnMut(LaneContext) -> Result<StartedLane, LaneFailure>,
 ) -> Result<Vec<HousekeptLane>, RunError> {
     let mut kept = Vec::new();
-    for (camera, settings) in config.camera.iter().enumerate() {
-        let board = Arc::new(LaneBoard::new());
-        let started = start(camera, &board).map_err(|e| lane_error((settings.name.clone(), e)))?;
-        lanes.add(&settings.name, started.handle);
+    for context in contexts.iter().filter(|c| !is_member(config, c.camera)) {
+        let (camera, board) = (context.camera, Arc::clone(&context.board));
+        let name = &config.camera[camera].name;
+        let started = start(context.clone()).map_err(|e| lane_error((name.clone(), e)))?;
+        lanes.add(name, started.handle);
         kept.push(HousekeptLane { camera, board, truth: started.truth });
     }
+    for rig in config.rigs() {
+        let name = &config.body[rig.body].name;
+        let members = rig.members.iter().map(|&camera| contexts[camera].clone()).collect();
+        let started = rig_lane::start(&rig, members).map_err(|e| lane_error((name.clone(), e)))?;
+        lanes.add(name, started.handle);
+        kept.extend(started.kept);
+    }
+    kept.sort_by_key(|lane| lane.camera);
     Ok(kept)
 }
 

@@ -123,12 +123,29 @@ impl LaneThread {
     where
         B: FnOnce(&LaneContext, Ready) -> Result<(), LaneFailure> + Send + 'static,
     {
+        let name = context.settings().name.clone();
+        let (stop, boards) = (context.stop.clone(), vec![Arc::clone(&context.board)]);
+        Self::start_named(&name, &stop, boards, move |ready| body(&context, ready))
+    }
+
+    /// The same for a lane that reports on several boards.
+    ///
+    /// # Errors
+    /// As [`LaneThread::start`].
+    pub fn start_named<B>(
+        name: &str,
+        stop: &StopFlag,
+        boards: Vec<Arc<LaneBoard>>,
+        body: B,
+    ) -> Result<Self, LaneFailure>
+    where
+        B: FnOnce(Ready) -> Result<(), LaneFailure> + Send + 'static,
+    {
         let (sender, ready) = sync_channel(1);
-        let name = format!("lane-{}", context.settings().name);
-        let stop = context.stop.clone();
+        let name = format!("lane-{name}");
         let run = move || {
-            let ended = SayEnded(Arc::clone(&context.board));
-            let result = body(&context, Ready(sender));
+            let ended = SayEnded(boards);
+            let result = body(Ready(sender));
             drop(ended);
             result
         };
@@ -147,11 +164,11 @@ impl LaneThread {
 }
 
 /// Also while a panic unwinds.
-struct SayEnded(Arc<LaneBoard>);
+struct SayEnded(Vec<Arc<LaneBoard>>);
 
 impl Drop for SayEnded {
     fn drop(&mut self) {
-        self.0.set_state(LaneState::Ended);
+        self.0.iter().for_each(|board| board.set_state(LaneState::Ended));
     }
 }
 

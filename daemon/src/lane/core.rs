@@ -5,6 +5,8 @@ use lodestone_fusion::{
     Refusal, SensorSpan, SensorTime, Waiting,
 };
 
+use lodestone_schema::DistanceSource;
+
 use super::aiding::AidQueue;
 use super::{Conditioner, LaneSettings, SetBack};
 use crate::reading::Reading;
@@ -193,6 +195,11 @@ impl Core {
         if self.aids.push(aid, newest).is_err() {
             self.counts.aiding_invalid += 1;
         }
+    }
+
+    /// What a position or pose among the measurements by others was made with.
+    pub const fn hear_fix(&mut self, source: DistanceSource) {
+        self.membership.hear_fix(source);
     }
 
     /// A measurement by others could not even be read.

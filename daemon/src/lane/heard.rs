@@ -2,21 +2,21 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use lodestone_fusion::{Aid, Measurement, Rotation, SensorTime};
-use lodestone_schema::{Aiding, AidingKind};
+use lodestone_schema::{Aiding, AidingKind, AidingOrigin, DistanceSource};
 
 /// Largest difference of a quaternion's length from one that rounding explains.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// Whom a message is meant for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Addressee {
-    pub(super) camera_id: u32,
-    pub(super) world_epoch: u32,
+pub(crate) struct Addressee {
+    pub(crate) camera_id: u32,
+    pub(crate) world_epoch: u32,
 }
 
 /// What a message says, at a time on the sensor's clock; `None` where it makes no sense, or speaks of
 /// another camera or another world. Values and covariances are the estimator's to check.
-pub(super) fn understood(message: &Aiding, time: SensorTime, to: Addressee) -> Option<Aid> {
+pub(crate) fn understood(message: &Aiding, time: SensorTime, to: Addressee) -> Option<Aid> {
     let of_this_world = message.world_epoch == 0 || message.world_epoch == to.world_epoch;
     if message.camera_id != to.camera_id || !of_this_world {
         return None;
@@ -37,6 +37,19 @@ pub(super) fn understood(message: &Aiding, time: SensorTime, to: Addressee) -> O
         },
     };
     Some(Aid { time, measurement })
+}
+
+/// Where a position is known from once a message has corrected it; `None` if it is no fix.
+pub(super) fn fix_source(message: &Aiding) -> Option<DistanceSource> {
+    match AidingKind::from_code(message.kind)? {
+        AidingKind::ForwardSpeed | AidingKind::Velocity => None,
+        AidingKind::Position | AidingKind::Pose => {
+            Some(match AidingOrigin::from_code(message.origin) {
+                Some(AidingOrigin::CloudRegistration) => DistanceSource::CloudRegistration,
+                _ => DistanceSource::PositionFix,
+            })
+        }
+    }
 }
 
 /// A variance that is not a number leaves the noise to the daemon.

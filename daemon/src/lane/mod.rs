@@ -23,6 +23,7 @@ mod worker;
 pub(crate) use aiding::AidQueue;
 pub use conditioner::Conditioner;
 pub use core::{Core, CoreCounts, Phase, StepOutput, Taken, is_unlike_earth, recovered};
+pub(crate) use heard::{Addressee, understood};
 pub use message::{fill_pose, pose_row, sample_message, status_of, validity_of, wait_of};
 pub use set_back::SetBack;
 pub use settings::{LaneSettings, SettingsError, Timing, low_pass_of};

@@ -6,7 +6,7 @@ use lodestone_fusion::SensorTime;
 use lodestone_schema::{Aiding, CalibratedSample, LaneState, Pose, Status, Validity};
 
 use super::core::{Core, Phase, StepOutput};
-use super::heard::{Addressee, understood};
+use super::heard::{Addressee, fix_source, understood};
 use super::message::{fill_pose, sample_message, wait_of};
 use super::settings::LaneSettings;
 use crate::clock::{SensorClock, UnixOffset};
@@ -122,7 +122,12 @@ impl<P: Publish> Worker<P> {
         };
         let valid_at = outlet.clock.sensor_time(HostTime::from_nanos(message.time_ns));
         match valid_at.and_then(|time| understood(message, time, to)) {
-            Some(aid) => self.core.aid(aid),
+            Some(aid) => {
+                if let Some(source) = fix_source(message) {
+                    self.core.hear_fix(source);
+                }
+                self.core.aid(aid);
+            }
             None => self.core.count_invalid_aid(),
         }
     }

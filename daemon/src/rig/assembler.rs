@@ -11,7 +11,7 @@ use lodestone_fusion::{SensorSpan, SensorTime, Step};
 pub type Row = [Option<Step>; MAX_MEMBERS];
 
 /// Rows that are kept while members wait for each other.
-const CAPACITY: usize = 64;
+const CAPACITY: i64 = 64;
 
 /// Steps that a member may be behind the newest before it is no longer waited for: 20 ms at 400 Hz.
 const PATIENCE: i64 = 8;
@@ -43,7 +43,7 @@ pub enum Fit {
 pub struct Assembler {
     step: SensorSpan,
     members: usize,
-    rows: Box<[Row; CAPACITY]>,
+    rows: Vec<Row>,
     /// Index of the row that leaves next; none before the first step.
     next: Option<i64>,
     /// Index of the newest step of each member.
@@ -59,7 +59,7 @@ impl Assembler {
         Self {
             step,
             members,
-            rows: Box::new([[None; MAX_MEMBERS]; CAPACITY]),
+            rows: vec![[None; MAX_MEMBERS]; CAPACITY as usize],
             next: None,
             newest: [None; MAX_MEMBERS],
             far: 0,
@@ -77,10 +77,12 @@ impl Assembler {
         let index = self.index_of(step.time);
         let next = *self.next.get_or_insert(index);
         if index < next {
+            // Late, but there: it is waited for from now on, if it is not far behind.
+            self.newest[member] = self.newest[member].max(Some(index));
             self.counts.late += 1;
             return Fit::Late;
         }
-        if index - next >= CAPACITY as i64 {
+        if index - next >= CAPACITY {
             self.far += 1;
             return if self.far > PATIENCE { Fit::AllFar } else { Fit::Far };
         }
@@ -116,7 +118,7 @@ impl Assembler {
 
     /// Begins anew at a step far ahead: everything before it is given up.
     pub fn skip_to(&mut self, member: usize, step: Step) {
-        *self.rows = [[None; MAX_MEMBERS]; CAPACITY];
+        self.rows.fill([None; MAX_MEMBERS]);
         self.newest = [None; MAX_MEMBERS];
         self.next = None;
         self.far = 0;
@@ -138,7 +140,7 @@ impl Assembler {
 }
 
 const fn slot(index: i64) -> usize {
-    index.rem_euclid(CAPACITY as i64) as usize
+    index.rem_euclid(CAPACITY) as usize
 }
 
 #[cfg(test)]
@@ -182,6 +184,20 @@ mod tests {
         assert!(rows(&mut assembler).is_empty(), "the other keeps up, and is waited for");
         assembler.insert(0, step(1002));
         assert_eq!(rows(&mut assembler), [(1002, vec![0, 1])]);
+    }
+
+    #[test]
+    fn members_that_begin_at_the_same_time_are_together_after_the_first_step() {
+        let mut assembler = Assembler::new(3, STEP);
+        let mut left = Vec::new();
+        for k in 0..5 {
+            for member in 0..3 {
+                assembler.insert(member, step(k));
+                left.extend(rows(&mut assembler));
+            }
+        }
+        assert_eq!(left[0], (0, vec![0]), "nobody else was known");
+        assert!(left[1..].iter().all(|(_, members)| members.len() == 3), "{left:?}");
     }
 
     #[test]

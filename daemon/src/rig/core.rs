@@ -1,5 +1,6 @@
 //! The part of a rig's lane that depends on its readings alone: same readings in, same bits out.
 
+use glam::DVec3;
 use lodestone_fusion::rig::{Exclusion, MemberStatus, RigEstimator, RigReport};
 use lodestone_fusion::{
     Accepted, Aid, AidRefusal, Estimate, FieldReference, Grid, ImuSample, Refusal, SensorSpan,
@@ -67,6 +68,9 @@ pub struct RigCore {
     earth: Option<FieldReference>,
     last: Option<SensorTime>,
     membership: Membership,
+    /// What others measured at the body's origin.
+    body_aids: AidQueue,
+    body_counts: CoreCounts,
     position_jumped: bool,
     phase: Phase,
     degraded: bool,
@@ -86,7 +90,7 @@ impl RigCore {
         let reset_after = settings.timing.reset_after;
         let member = |m: &MemberSettings| Member {
             conditioner: m.conditioner.clone(),
-            grid: Grid::new(m.grid),
+            grid: Grid::new(m.grid).with_low_pass(m.low_pass),
             set_back: SetBack::new(reset_after),
             aids: AidQueue::new(m.antenna_m),
             epoch: None,
@@ -102,6 +106,8 @@ impl RigCore {
             earth: settings.earth,
             last: None,
             membership,
+            body_aids: AidQueue::new(DVec3::ZERO),
+            body_counts: CoreCounts::default(),
             position_jumped: false,
             phase: Phase::Aligning(Waiting::Collecting),
             degraded: false,
@@ -165,6 +171,11 @@ impl RigCore {
         CoreCounts { resets: self.resets, ..self.members[member].counts }
     }
 
+    /// What measurements at the body's origin came to.
+    pub const fn body_counts(&self) -> CoreCounts {
+        CoreCounts { resets: self.resets, ..self.body_counts }
+    }
+
     /// What was counted where the members come together.
     pub const fn assembler_counts(&self) -> AssemblerCounts {
         self.assembler.counts()
@@ -198,18 +209,46 @@ impl RigCore {
         }
     }
 
+    /// Takes a measurement by others at a member, or at the body's origin, on the common clock; it waits
+    /// until the grid has come there.
+    pub fn aid(&mut self, member: Option<usize>, aid: Aid) {
+        let geometry = self.estimator.geometry();
+        let point = member.map_or_else(|| geometry.origin(), |member| geometry.member(member));
+        let aid = Aid { measurement: point.measured(aid.measurement), ..aid };
+        let newest = self.last.unwrap_or(aid.time);
+        let (queue, counts) = self.queue_of(member);
+        counts.aiding_invalid += u64::from(queue.push(aid, newest).is_err());
+    }
+
+    /// A measurement by others could not even be read.
+    pub fn count_invalid_aid(&mut self, member: Option<usize>) {
+        self.queue_of(member).1.aiding_invalid += 1;
+    }
+
+    fn queue_of(&mut self, member: Option<usize>) -> (&mut AidQueue, &mut CoreCounts) {
+        match member {
+            Some(member) => {
+                let member = &mut self.members[member];
+                (&mut member.aids, &mut member.counts)
+            }
+            None => (&mut self.body_aids, &mut self.body_counts),
+        }
+    }
+
     /// Hands the estimator what is valid up to the end of its last step.
     fn offer_due(&mut self, now: SensorTime) {
-        for member in &mut self.members {
-            while let Some(aid) = member.aids.next_due(now) {
+        let members = self.members.iter_mut().map(|m| (&mut m.aids, &mut m.counts));
+        let body = core::iter::once((&mut self.body_aids, &mut self.body_counts));
+        for (aids, counts) in members.chain(body) {
+            while let Some(aid) = aids.next_due(now) {
                 let report = self.estimator.aid(&aid);
                 self.position_jumped |= report.position_jumped;
                 match report.refusal {
-                    None => member.counts.aiding_used += 1,
+                    None => counts.aiding_used += 1,
                     Some(AidRefusal::Invalid | AidRefusal::NoVehicle | AidRefusal::Future) => {
-                        member.counts.aiding_invalid += 1;
+                        counts.aiding_invalid += 1;
                     }
-                    Some(_) => member.counts.aiding_refused += 1,
+                    Some(_) => counts.aiding_refused += 1,
                 }
             }
         }
@@ -267,6 +306,7 @@ impl RigCore {
         for member in &mut self.members {
             member.counts.aiding_refused += member.aids.clear();
         }
+        self.body_counts.aiding_refused += self.body_aids.clear();
         self.phase = Phase::Aligning(Waiting::Collecting);
         self.degraded = false;
         self.resets += 1;
@@ -288,7 +328,7 @@ impl Member {
         let result = self.push(sample);
         match result {
             Ok(Accepted::Continued { lost } | Accepted::Gap { lost, .. }) => {
-                self.counts.lost += lost
+                self.counts.lost += lost;
             }
             Ok(Accepted::First) => {}
             Err(refusal) => self.counts.note_refusal(refusal),

@@ -12,9 +12,14 @@
 mod assembler;
 mod core;
 mod gradient_csv;
+pub mod lane;
 mod settings;
+#[cfg(test)]
+mod tests;
+mod worker;
 
 pub use assembler::{Assembler, AssemblerCounts, Fit, Row};
 pub use core::{RigCore, RigStep};
 pub use gradient_csv::{GradientWriter, verdict_name};
 pub use settings::{MemberSettings, RigError, RigSettings, is_member};
+pub use worker::{Outlet, RigWorker};

@@ -5,7 +5,7 @@ use lodestone_config::model::{Camera, Config, Mounting as Mounted, Rig, Validity
 use lodestone_config::{Calibration, LoadError, Loaded};
 use lodestone_fusion::rig::{Geometry, GeometryError, GradientParameters, Mounting, RigParameters};
 use lodestone_fusion::{
-    FieldReference, GridParameters, Parameters, Rotation, SensorNoise, VehicleParameters,
+    FieldReference, GridParameters, LowPass, Parameters, Rotation, SensorNoise, VehicleParameters,
 };
 
 use crate::lane::{Conditioner, LaneSettings, SettingsError, Timing};
@@ -36,6 +36,8 @@ pub struct MemberSettings {
     pub conditioner: Conditioner,
     /// The time grid, the same for all members but for the rate of samples.
     pub grid: GridParameters,
+    /// What smooths its rates and forces.
+    pub low_pass: Option<LowPass>,
     /// Where position fixes of its recording hold, from the camera's origin in its own axes, m.
     pub antenna_m: DVec3,
 }
@@ -111,6 +113,7 @@ impl MemberSettings {
             camera: lane.camera,
             conditioner: lane.conditioner,
             grid: lane.grid,
+            low_pass: lane.low_pass,
             antenna_m: lane.antenna_m,
         }
     }

@@ -39,7 +39,7 @@ pub trait TruthProvider: Send {
 
 /// What housekeeping needs to know of one lane.
 pub struct HousekeptLane {
-    /// Index of the camera in the configuration.
+    /// Index of the camera in the configuration, or behind the cameras of the body.
     pub camera: usize,
     /// Where the lane reports.
     pub board: Arc<LaneBoard>,
@@ -132,7 +132,7 @@ impl Kept {
         config: &Config,
         lane: HousekeptLane,
     ) -> Result<Self, PublisherError> {
-        let (settings, name) = (&config.shared_memory, &config.camera[lane.camera].name);
+        let (settings, name) = (&config.shared_memory, config.published_as(lane.camera).0);
         let health = HealthPublisher::open(node, settings, name)?;
         let with_port = |provider| {
             Ok::<_, PublisherError>((TruthPublisher::open(node, settings, name)?, provider))

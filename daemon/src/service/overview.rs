@@ -63,17 +63,17 @@ fn group_delay_s(camera: &Camera) -> f64 {
 impl LaneMonitor {
     /// Begins to watch the lane of one camera of the configuration.
     pub fn new(config: &Config, camera: usize, board: Arc<LaneBoard>, start: HostTime) -> Self {
-        let settings = &config.camera[camera];
+        let (name, serial) = config.published_as(camera);
         let health = Health {
             camera_id: camera as u32,
             camera_count: config.camera.len() as u32,
-            serial: settings.serial,
+            serial,
             daemon_start_time_ns: start.as_nanos(),
             daemon_pid: std::process::id(),
-            group_delay_s: group_delay_s(settings),
+            group_delay_s: config.camera.get(camera).map_or(f64::NAN, group_delay_s),
             ..blank_health()
         };
-        Self { name: settings.name.clone(), board, health, since: start }
+        Self { name: name.to_owned(), board, health, since: start }
     }
 
     /// Ends an interval: takes rates, latencies and counters, and returns the message to publish.

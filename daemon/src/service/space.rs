@@ -76,7 +76,11 @@ fn mebibytes_down(bytes: u64) -> f64 {
 pub fn needed_bytes(config: &Config) -> u64 {
     let cameras: u64 = config.camera.iter().map(|camera| camera_bytes(config, camera.driver)).sum();
     let published = [ServiceKind::World, ServiceKind::Relative, ServiceKind::Transforms];
-    cameras + published.map(|kind| service_bytes(kind, &config.shared_memory)).iter().sum::<u64>()
+    // A rig's body is published as a camera is, but for samples.
+    let bodies = config.rigs().len() as u64 * camera_bytes(config, DriverKind::Zed2);
+    cameras
+        + bodies
+        + published.map(|kind| service_bytes(kind, &config.shared_memory)).iter().sum::<u64>()
 }
 
 fn camera_bytes(config: &Config, driver: DriverKind) -> u64 {

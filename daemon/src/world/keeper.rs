@@ -64,6 +64,10 @@ impl Keeper {
         let names: Vec<String> =
             config.camera.iter().map(|camera| camera.name.clone()).chain(bodies).collect();
         let epochs = Epochs::of(&config.shared_memory.root);
+        if let Some(kept) = &kept {
+            // A later world that is not kept must not bear an old number.
+            complain(epochs.note(kept.epoch.max(epochs.next() - 1)));
+        }
         let phase = match &kept {
             Some(kept) => WorldPhase {
                 epoch: kept.epoch,

@@ -63,6 +63,8 @@ pub struct Membership {
     settings: MemberSettings,
     phase: WorldPhase,
     source: DistanceSource,
+    /// What the fix was made with that was heard last.
+    fix_source: DistanceSource,
     last: Option<LastSeen>,
     /// It has not been aligned since the world was fixed.
     is_first: bool,
@@ -78,6 +80,7 @@ impl Membership {
             settings,
             phase,
             source: DistanceSource::Unknown,
+            fix_source: DistanceSource::PositionFix,
             last: None,
             is_first: true,
         }
@@ -209,6 +212,12 @@ impl Membership {
         Place { covariance: last.place.covariance + moved * (away_s * away_s), ..last.place }
     }
 
+    /// Takes note of what a fix that was heard was made with: where it is used, that is where the position
+    /// is known from.
+    pub const fn hear_fix(&mut self, source: DistanceSource) {
+        self.fix_source = source;
+    }
+
     /// Takes note of where the member is after a step, for when its lane has lost it, and says what the
     /// step is in the world.
     pub fn note(&mut self, estimate: Option<&Estimate>, arrival: HostTime) -> WorldStep {
@@ -221,7 +230,7 @@ impl Membership {
 
     fn note_known(&mut self, estimate: &Estimate, arrival: HostTime) {
         self.source = match estimate.position_origin {
-            PositionOrigin::PositionFix | PositionOrigin::PoseFix => DistanceSource::PositionFix,
+            PositionOrigin::PositionFix | PositionOrigin::PoseFix => self.fix_source,
             PositionOrigin::Gradient => DistanceSource::MagneticGradient,
             _ => self.source,
         };

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DQuat, DVec3};
 use lodestone_config::model::{AxisMap, Camera, Config, Start};
-use lodestone_fusion::{Accel, Gyro, Mag, SensorTime, so3};
+use lodestone_fusion::{Accel, Aid, Gyro, Mag, Measurement, SensorTime, so3};
 use lodestone_schema::DistanceSource;
 
 use super::{Membership, WorldFrame, relative_of};
@@ -235,4 +235,25 @@ fn what_was_kept_is_where_a_camera_goes_on() {
     let step = Turning::new(|_| 0.0).run(&mut core, 2.0);
     assert_eq!((step.world.epoch, step.world.source), (7, DistanceSource::PositionFix));
     assert!((position(&step) - DVec3::new(1.0, 2.0, 3.0)).length() < 0.01);
+}
+
+#[test]
+fn a_fix_tells_a_camera_that_is_nowhere_where_it_is_and_names_itself() {
+    let (_, mut cores) = cores(vec![Camera::default(), Camera::default()]);
+    Turning::new(|_| 0.0).run(&mut cores[0], 2.0);
+    let mut second = Turning::new(|_| 0.5);
+    let before = second.run(&mut cores[1], 2.0);
+    assert_eq!(before.world.source, DistanceSource::Unknown);
+    let measurement = Measurement::Position {
+        position_m: DVec3::new(4.0, 5.0, 0.5),
+        covariance: DMat3::IDENTITY * 1e-4,
+        lever_m: DVec3::ZERO,
+    };
+    cores[1].hear_fix(DistanceSource::CloudRegistration);
+    cores[1].aid(Aid { time: before.time, measurement });
+    let after = second.run(&mut cores[1], 0.1);
+    assert_eq!(after.world.source, DistanceSource::CloudRegistration);
+    assert!((position(&after) - DVec3::new(4.0, 5.0, 0.5)).length() < 0.01, "{after:?}");
+    let sigma = after.estimate.unwrap().position_covariance.x_axis.x.sqrt();
+    assert!((sigma - 0.01).abs() < 2e-3, "{sigma}");
 }
