@@ -215,6 +215,8 @@ pub(crate) struct Setting {
     pub(crate) now: SensorTime,
     pub(crate) parameters: Parameters,
     pub(crate) around: Surroundings,
+    /// The camera stands, and its position stays.
+    pub(crate) stands: bool,
 }
 
 impl Aiding {
@@ -330,7 +332,11 @@ impl Aiding {
         report.nis = Some(nis);
         let verdict = self.verdict(report.kind, nis <= GATE[N - 1], setting)?;
         report.position_jumped = verdict == Verdict::Reopen && candidate.doubt.0 == POSITION;
-        candidate.apply(state, verdict);
+        // A standing camera's velocity is known; a speed that fits would only shift its position.
+        let tells_nothing = setting.stands && candidate.doubt.0 == VELOCITY;
+        if verdict == Verdict::Reopen || !tells_nothing {
+            candidate.apply(state, verdict);
+        }
         Ok(())
     }
 

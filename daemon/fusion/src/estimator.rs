@@ -238,6 +238,7 @@ impl Estimator {
             now: self.time,
             parameters: self.parameters,
             around: Surroundings { gravity, earth_rate },
+            stands: self.aids.standstill.holds(),
         }
     }
 

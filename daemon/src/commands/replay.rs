@@ -6,6 +6,7 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use lodestone_config::model::{Camera, Config, DriverKind, Preset, Replay};
@@ -26,7 +27,9 @@ use crate::reading::Reading;
 use crate::rig::RigError;
 use crate::ring::ring;
 use crate::service::signals::StopFlag;
+use crate::world::{Membership, WorldFrame, WorldStep};
 
+mod relatives;
 mod together;
 
 /// Why a replay failed.
@@ -201,6 +204,8 @@ struct Lane {
     /// The world's axes, once there is a pose.
     axes: Option<Axes>,
     status: Status,
+    /// The latest step that had a pose, and the world it is in.
+    latest: Option<(SensorTime, Estimate, WorldStep)>,
     /// A reading of a magnetometer has come; its columns may be there and stay empty.
     has_magnetometer: bool,
 }
@@ -235,17 +240,26 @@ impl Lane {
             axes: None,
             settings,
             status: Status::empty(),
+            latest: None,
             has_magnetometer: false,
         })
+    }
+
+    /// The same as one of several cameras in a world.
+    fn in_world(self, frame: Arc<WorldFrame>, camera: usize) -> Self {
+        let membership = Membership::new(frame, camera, self.settings.member);
+        Self { core: Core::in_world(&self.settings, membership), ..self }
     }
 
     /// One row for each reading, also for one that was refused; held back while there is no pose.
     fn take(&mut self, reading: &Reading) -> Result<(), PosesError> {
         self.has_magnetometer |= reading.mag.is_some();
         let (calibrated, resets) = (self.core.is_calibrated(), self.core.counts().resets);
-        let status = &mut self.status;
-        let taken =
-            self.core.take(reading, |step: &StepOutput| *status = status_of(step, calibrated));
+        let (status, latest) = (&mut self.status, &mut self.latest);
+        let taken = self.core.take(reading, |step: &StepOutput| {
+            *status = status_of(step, calibrated);
+            *latest = step.estimate.map(|estimate| (step.time, estimate, step.world));
+        });
         let time = reading.sensor_time;
         let Some(estimate) = self.core.at_last_reading() else {
             if self.core.counts().resets != resets {

@@ -6,11 +6,13 @@
 use std::collections::VecDeque;
 use std::fs;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use lodestone_config::Loaded;
 use lodestone_config::model::{DriverKind, Replay, Rig};
 
+use super::relatives::{Relatives, report};
 use super::{Lane, ReplayCommandError};
 use crate::cli::ReplayArgs;
 use crate::driver::replay::ReplayDriver;
@@ -20,6 +22,7 @@ use crate::poses_csv::{PosesError, PosesWriter};
 use crate::reading::{HostTime, Reading};
 use crate::rig::{GradientWriter, RigCore, RigSettings, RigStep};
 use crate::service::signals::StopFlag;
+use crate::world::{Membership, WorldFrame};
 
 /// One camera's recording, and the readings of it that were read ahead.
 struct Source {
@@ -50,6 +53,8 @@ struct Outlets {
     body: PosesWriter,
     members: Vec<PosesWriter>,
     gradient: GradientWriter,
+    /// Where it is told where the body and its cameras are.
+    frame: Arc<WorldFrame>,
     /// The first file that failed.
     failure: Option<PosesError>,
 }
@@ -69,38 +74,78 @@ pub(super) fn replay(
     }
     fs::create_dir_all(&args.out)
         .map_err(|source| ReplayCommandError::Directory { path: args.out.clone(), source })?;
-    let rigs = rigs_of(loaded, &sources);
-    let mut fused = rigs
-        .iter()
-        .map(|rig| RigLane::new(loaded, args, rig, &sources))
-        .collect::<Result<Vec<_>, _>>()?;
-    let mut single = Vec::new();
-    let mut goes = Vec::new();
-    for source in &sources {
-        goes.push(destination(&rigs, source.camera).map_or_else(
-            || {
-                single.push(lane(loaded, args, source)?);
-                Ok::<_, ReplayCommandError>(Goes::ToLane(single.len() - 1))
-            },
-            Ok,
-        )?);
-    }
+    let first = sources.iter().map(|source| source.camera).min().unwrap_or_default();
+    let file = args.out.join("relative.pairs.csv");
+    let mut relatives = Relatives::create(&loaded.config, first, &file)?;
+    let mut lanes = Lanes::open(loaded, args, (&sources, relatives.frame()))?;
     while let Some(next) = next_of(&mut sources) {
         if stop.is_raised() {
             return Err(ReplayCommandError::Interrupted(args.out.clone()));
         }
         let Some(reading) = sources[next].ahead.pop_front() else { continue };
-        match goes[next] {
-            Goes::ToLane(index) => single[index].take(&reading)?,
-            Goes::ToRig { rig, member } => fused[rig].take(member, &reading)?,
+        lanes.take(next, &reading, relatives.frame())?;
+        relatives.write_if_due(reading.sensor_time)?;
+    }
+    relatives.finish()?;
+    lanes.finish()?;
+    broken(loaded, args, &sources)
+}
+
+/// Where the readings of all sources go.
+struct Lanes {
+    /// For each source.
+    goes: Vec<Goes>,
+    single: Vec<(usize, Lane)>,
+    fused: Vec<RigLane>,
+}
+
+impl Lanes {
+    fn open(
+        loaded: &Loaded,
+        args: &ReplayArgs,
+        (sources, frame): (&[Source], &Arc<WorldFrame>),
+    ) -> Result<Self, ReplayCommandError> {
+        let rigs = rigs_of(loaded, sources);
+        let fused = rigs.iter().map(|rig| RigLane::new(loaded, args, rig, (sources, frame)));
+        let fused = fused.collect::<Result<Vec<_>, _>>()?;
+        let (mut single, mut goes) = (Vec::new(), Vec::new());
+        for source in sources {
+            if let Some(to_rig) = destination(&rigs, source.camera) {
+                goes.push(to_rig);
+            } else {
+                goes.push(Goes::ToLane(single.len()));
+                single.push((source.camera, lane(loaded, args, source, frame)?));
+            }
+        }
+        Ok(Self { goes, single, fused })
+    }
+
+    fn take(
+        &mut self,
+        source: usize,
+        reading: &Reading,
+        frame: &WorldFrame,
+    ) -> Result<(), PosesError> {
+        match self.goes[source] {
+            Goes::ToRig { rig, member } => self.fused[rig].take(member, reading),
+            Goes::ToLane(index) => {
+                let (camera, lane) = &mut self.single[index];
+                lane.take(reading)?;
+                if let Some((time, estimate, world)) = &lane.latest {
+                    report(frame, *camera, (*time, estimate), *world);
+                }
+                Ok(())
+            }
         }
     }
-    for mut lane in single {
-        lane.give_up()?;
-        lane.writer.finish()?;
+
+    fn finish(self) -> Result<(), ReplayCommandError> {
+        for (_, mut lane) in self.single {
+            lane.give_up()?;
+            lane.writer.finish()?;
+        }
+        self.fused.into_iter().try_for_each(RigLane::finish)
     }
-    fused.into_iter().try_for_each(RigLane::finish)?;
-    broken(loaded, args, &sources)
 }
 
 fn open(loaded: &Loaded, args: &ReplayArgs) -> Result<Vec<Source>, ReplayCommandError> {
@@ -129,11 +174,17 @@ fn destination(rigs: &[Rig], camera: usize) -> Option<Goes> {
     })
 }
 
-fn lane(loaded: &Loaded, args: &ReplayArgs, source: &Source) -> Result<Lane, ReplayCommandError> {
+fn lane(
+    loaded: &Loaded,
+    args: &ReplayArgs,
+    source: &Source,
+    frame: &Arc<WorldFrame>,
+) -> Result<Lane, ReplayCommandError> {
     let camera = &loaded.config.camera[source.camera];
     let calibration = loaded.calibration(camera)?;
     let poses = output(args, &camera.name);
-    Lane::of(loaded, args, (camera, calibration.as_ref()), &source.driver, &poses)
+    let lane = Lane::of(loaded, args, (camera, calibration.as_ref()), &source.driver, &poses)?;
+    Ok(lane.in_world(Arc::clone(frame), source.camera))
 }
 
 fn output(args: &ReplayArgs, name: &str) -> PathBuf {
@@ -179,7 +230,7 @@ impl RigLane {
         loaded: &Loaded,
         args: &ReplayArgs,
         rig: &Rig,
-        sources: &[Source],
+        (sources, frame): (&[Source], &Arc<WorldFrame>),
     ) -> Result<Self, ReplayCommandError> {
         let rate = |camera: usize| {
             let source = sources.iter().find(|source| source.camera == camera);
@@ -196,10 +247,14 @@ impl RigLane {
             gradient: GradientWriter::create(
                 &args.out.join(format!("{}-gradient.csv", settings.body)),
             )?,
+            frame: Arc::clone(frame),
             failure: None,
         };
         let last = HostTime::default();
-        Ok(Self { core: RigCore::new(&settings), settings, outlets, last })
+        // Its first camera's place in the order is its own.
+        let membership = Membership::new(Arc::clone(frame), rig.members[0], settings.place);
+        let core = RigCore::in_world(&settings, membership);
+        Ok(Self { core, settings, outlets, last })
     }
 
     fn take(&mut self, member: usize, reading: &Reading) -> Result<(), PosesError> {
@@ -260,9 +315,18 @@ impl Outlets {
         for (k, (writer, member)) in self.members.iter_mut().zip(&settings.members).enumerate() {
             let calibrated = member.conditioner.is_calibrated();
             all_calibrated &= calibrated;
-            writer.write(&row(&step.member(k), calibrated))?;
+            let of = step.member(k);
+            report_step(&self.frame, member.camera_id, &of);
+            writer.write(&row(&of, calibrated))?;
         }
+        report_step(&self.frame, settings.body_id, &step.body);
         self.body.write(&row(&step.body, all_calibrated))?;
         self.gradient.write(step.report)
+    }
+}
+
+fn report_step(frame: &WorldFrame, member: u32, of: &StepOutput) {
+    if let Some(estimate) = &of.estimate {
+        report(frame, member as usize, (of.time, estimate), of.world);
     }
 }
