@@ -353,7 +353,7 @@ fn steer(state: &mut State, ph: &Row, residual: f64, innovation: f64) -> Outcome
     let vertical = up * (up.dot(bias) / innovation);
     gain[GYRO_BIAS.0..GYRO_BIAS.0 + 3].copy_from_slice(&vertical.to_array());
     state.correct(&gain.map(|k| k * residual));
-    state.covariance.update_with_gain(ph, &gain, innovation);
+    state.covariance.update_few(ph, &gain, innovation);
     Outcome { residual, nis: residual * residual / innovation, used: true }
 }
 
