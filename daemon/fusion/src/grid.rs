@@ -265,8 +265,11 @@ impl Grid {
             self.segment = None;
             return None;
         }
-        let step = self.close_step();
-        if core::mem::take(&mut self.partial) { self.next_step() } else { Some(step) }
+        if core::mem::take(&mut self.partial) {
+            self.close_step();
+            return self.next_step();
+        }
+        Some(self.close_step())
     }
 
     /// What was gained between the end of the last step and the last sample.

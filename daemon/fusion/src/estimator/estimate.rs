@@ -92,6 +92,9 @@ impl Estimator {
     /// Pose and motion a little later: the last step's, carried on over what the grid holds beyond.
     pub fn estimate_ahead(&self, beyond: &Increment) -> Option<Estimate> {
         let state = self.state.as_ref()?;
+        if !(self.covariance_is_sound && state.has_finite_values()) {
+            return None;
+        }
         let latest = if beyond.span_s > 0.0 { beyond } else { &self.last };
         let per_second = latest.span_s.recip();
         let earth_rate = state.orientation.conjugate() * self.aids.earth_rate(&self.parameters);
@@ -103,8 +106,7 @@ impl Estimator {
         let turned = state.orientation * so3::exp(angular_rate * span_s);
         let block = |b| state.covariance.block(b, b);
         let aids = self.aids.ledger.status();
-        let sound = self.covariance_is_sound && state.has_finite_values();
-        sound.then(|| Estimate {
+        Some(Estimate {
             time: self.time + SensorSpan::from_secs_f64(beyond.span_s),
             orientation: Rotation::from_unit(so3::renormalise(turned)),
             position: state.position + (state.velocity + 0.5 * gain) * span_s,
