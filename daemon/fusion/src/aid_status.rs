@@ -129,6 +129,7 @@ impl AidStatus {
 
 /// When each aid was last used and last refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::struct_field_names, reason = "all are times, s")]
 pub(crate) struct AidLedger {
     used_s: [f64; AidKind::ALL.len()],
     refused_s: [f64; AidKind::ALL.len()],
