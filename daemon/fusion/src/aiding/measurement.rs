@@ -14,7 +14,7 @@ pub enum Measurement {
     Speed {
         /// m/s, backwards negative.
         speed_m_s: f64,
-        /// 1σ, m/s; [`VehicleParameters::speed_sigma_m_s`] if absent.
+        /// 1σ, m/s; [`crate::VehicleParameters::speed_sigma_m_s`] if absent.
         sigma_m_s: Option<f64>,
     },
     /// Velocity in the world of a point on the camera.
