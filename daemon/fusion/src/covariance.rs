@@ -39,8 +39,8 @@ pub const SPEED_SCALE: usize = 22;
 
 /// A symmetric positive semi-definite matrix over the error states; units are those of the states.
 ///
-/// Both halves are stored, so that rows can be read whole; every operation leaves them equal to the
-/// bit.
+/// Both halves are stored, so that rows can be read whole; every operation leaves them equal, but for
+/// the sign of a zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Covariance {
     rows: [Row; STATES],
@@ -228,7 +228,7 @@ impl Covariance {
         }
     }
 
-    /// Copies rows into the columns of the same indices. Afterwards the two agree to the bit.
+    /// Copies rows into the columns of the same indices. Afterwards the two agree.
     #[inline]
     fn mirror(&mut self, first: usize, count: usize) {
         for i in first..first + count {
@@ -256,31 +256,53 @@ impl Covariance {
     /// Takes `ph = P h` and the innovation variance `s`. Equal to the Joseph form for the optimal
     /// gain; [`Covariance::restore`] lifts what rounding may push below zero.
     pub fn deflate(&mut self, ph: &Row, s: f64) {
-        // A factor that both sides share keeps the product symmetric to the bit.
+        // A factor that both sides share keeps the product symmetric.
         let scale = libm::sqrt(s).recip();
-        let scaled = ph.map(|x| x * scale);
-        for (row, weight) in self.rows.iter_mut().zip(&scaled) {
-            for k in 0..STATES {
-                row[k] -= weight * scaled[k];
-            }
-        }
+        self.add_square(-1.0, &ph.map(|x| x * scale));
     }
 
     /// The Joseph form for any gain: `P ← (I − k hᵀ) P (I − k hᵀ)ᵀ + k r kᵀ`, given `ph = P h`,
     /// `s = hᵀ P h + r`.
+    ///
+    /// That is the update with the optimal gain `P h / s`, and what this one leaves unlearnt given back:
+    /// `P − (P h)(P h)ᵀ / s + s e eᵀ` with `e = P h / s − k`, which is zero where the gain is optimal.
     pub fn update_with_gain(&mut self, ph: &Row, gain: &Row, s: f64) {
-        for i in 0..STATES {
+        self.deflate(ph, s);
+        let root = libm::sqrt(s);
+        self.add_square(1.0, &core::array::from_fn(|k| (ph[k] / s - gain[k]) * root));
+    }
+
+    /// [`Covariance::update_with_gain`] for a gain that teaches few states: only their rows and columns
+    /// change.
+    pub fn update_few(&mut self, ph: &Row, gain: &Row, s: f64) {
+        // With w = P h − ½ s k it is P − k wᵀ − w kᵀ.
+        let w: Row = core::array::from_fn(|k| ph[k] - 0.5 * s * gain[k]);
+        let is_taught = |i: &usize| gain[*i] != 0.0;
+        for i in (0..STATES).filter(is_taught) {
             for k in 0..STATES {
-                // Bracketed so that swapping i and k gives the same bits.
-                let cross = gain[i] * ph[k] + ph[i] * gain[k];
-                self.rows[i][k] += (gain[i] * gain[k]) * s - cross;
+                self.rows[i][k] -= gain[i] * w[k] + w[i] * gain[k];
+            }
+        }
+        for i in (0..STATES).filter(is_taught) {
+            self.mirror(i, 1);
+        }
+    }
+
+    /// `P ← P ± v vᵀ`; states that have no part in `v` cost nothing.
+    fn add_square(&mut self, sign: f64, v: &Row) {
+        for (row, weight) in self.rows.iter_mut().zip(v) {
+            if *weight != 0.0 {
+                let weight = sign * weight;
+                for k in 0..STATES {
+                    row[k] += weight * v[k];
+                }
             }
         }
     }
 
     /// Keeps every variance at least at a tiny floor.
     ///
-    /// Symmetry needs no care: every operation writes both halves alike, to the bit.
+    /// Symmetry needs no care: every operation writes both halves alike.
     pub fn restore(&mut self) {
         const FLOOR: f64 = 1e-18;
         for i in 0..STATES {

@@ -146,6 +146,40 @@ struct Segment {
     saturated: bool,
 }
 
+/// The step that is being filled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct OpenStep {
+    increment: Increment,
+    bridged: bool,
+    saturated: bool,
+}
+
+impl OpenStep {
+    const NEW: Self = Self { increment: Increment::ZERO, bridged: false, saturated: false };
+
+    /// Takes what lies up to a time of the rest of a stretch.
+    fn consume(&mut self, segment: &mut Segment, to: SensorTime) {
+        let from = segment.consumed_to;
+        if from == to {
+            // Used up: what is known of this line says nothing of the step that begins at its end.
+            return;
+        }
+        let mut rate = segment.rate[1];
+        let mut force = segment.force[1];
+        if segment.bridged {
+            // The mean of a straight line over a span is its value in the middle.
+            let into_s = |time: SensorTime| (time - segment.from).as_secs_f64();
+            let middle = 0.5 * (into_s(from) + into_s(to)) / into_s(segment.to);
+            rate = segment.rate[0] + (rate - segment.rate[0]) * middle;
+            force = segment.force[0] + (force - segment.force[0]) * middle;
+        }
+        self.increment.add((to - from).as_secs_f64(), rate, force);
+        self.bridged |= segment.bridged;
+        self.saturated |= segment.saturated;
+        segment.consumed_to = to;
+    }
+}
+
 /// The state of the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
@@ -155,9 +189,7 @@ pub struct Grid {
     step_end: SensorTime,
     /// The open step did not begin at its begin.
     partial: bool,
-    open: Increment,
-    open_bridged: bool,
-    open_saturated: bool,
+    open: OpenStep,
     pending_mag: Option<PendingMag>,
     low_pass: Option<LowPass>,
 }
@@ -171,9 +203,7 @@ impl Grid {
             segment: None,
             step_end: SensorTime::from_nanos(0),
             partial: false,
-            open: Increment::ZERO,
-            open_bridged: false,
-            open_saturated: false,
+            open: OpenStep::NEW,
             pending_mag: None,
             low_pass: None,
         }
@@ -224,25 +254,27 @@ impl Grid {
 
     /// The next completed step, if there is one.
     pub fn next_step(&mut self) -> Option<Step> {
-        let mut segment = self.segment.take()?;
+        let segment = self.segment.as_mut()?;
+        self.open.consume(segment, segment.to.min(self.step_end));
+        if segment.to <= self.step_end
+            && let Some(field) = segment.mag.take()
+        {
+            self.pending_mag = Some(PendingMag { field, angle: self.open.increment.angle });
+        }
         if segment.to < self.step_end {
-            let end = segment.to;
-            self.consume(&mut segment, end);
-            self.keep_mag(segment.mag);
+            self.segment = None;
             return None;
         }
-        self.consume(&mut segment, self.step_end);
-        if segment.to == self.step_end {
-            self.keep_mag(segment.mag.take());
+        if core::mem::take(&mut self.partial) {
+            self.close_step();
+            return self.next_step();
         }
-        let step = self.close_step();
-        self.segment = Some(segment);
-        if core::mem::take(&mut self.partial) { self.next_step() } else { Some(step) }
+        Some(self.close_step())
     }
 
     /// What was gained between the end of the last step and the last sample.
     pub const fn remainder(&self) -> Increment {
-        self.open
+        self.open.increment
     }
 
     /// The latest sample taken.
@@ -299,45 +331,17 @@ impl Grid {
         u64::try_from(intervals - 1).unwrap_or(0)
     }
 
-    fn consume(&mut self, segment: &mut Segment, to: SensorTime) {
-        let from = segment.consumed_to;
-        if from == to {
-            // Used up: what is known of this line says nothing of the step that begins at its end.
-            return;
-        }
-        let whole = (segment.to - segment.from).as_secs_f64();
-        // The mean of a straight line over a span is its value in the middle.
-        let middle =
-            0.5 * ((from - segment.from).as_secs_f64() + (to - segment.from).as_secs_f64()) / whole;
-        let at = |ends: [DVec3; 2]| {
-            if segment.bridged { ends[0] + (ends[1] - ends[0]) * middle } else { ends[1] }
-        };
-        self.open.add((to - from).as_secs_f64(), at(segment.rate), at(segment.force));
-        self.open_bridged |= segment.bridged;
-        self.open_saturated |= segment.saturated;
-        segment.consumed_to = to;
-    }
-
-    fn keep_mag(&mut self, mag: Option<DVec3>) {
-        if let Some(field) = mag {
-            self.pending_mag = Some(PendingMag { field, angle: self.open.angle });
-        }
-    }
-
     fn close_step(&mut self) -> Step {
-        let turned = |m: PendingMag| so3::exp(m.angle - self.open.angle) * m.field;
+        let open = core::mem::replace(&mut self.open, OpenStep::NEW);
+        let turned = |m: PendingMag| so3::exp(m.angle - open.increment.angle) * m.field;
         let step = Step {
             time: self.step_end,
-            increment: self.open,
-            mag: self.pending_mag.map(|m| Mag::new(turned(m))),
-            bridged: self.open_bridged,
-            saturated: self.open_saturated,
+            increment: open.increment,
+            mag: self.pending_mag.take().map(|m| Mag::new(turned(m))),
+            bridged: open.bridged,
+            saturated: open.saturated,
         };
         self.step_end = self.step_end + self.parameters.step;
-        self.open = Increment::ZERO;
-        self.open_bridged = false;
-        self.open_saturated = false;
-        self.pending_mag = None;
         step
     }
 }

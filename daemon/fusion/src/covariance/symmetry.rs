@@ -1,4 +1,5 @@
-//! Both halves of the matrix stay equal to the bit, whatever the filter does to it.
+//! Both halves of the matrix stay equal, whatever the filter does to it: not a bit apart but for the
+//! sign of a zero.
 
 use proptest::prelude::*;
 
@@ -14,6 +15,7 @@ enum Operation {
     Scale(usize, usize, f64),
     Deflate([f64; 3], f64),
     AnyGain([f64; 3], f64),
+    FewGains([f64; 3], f64),
     Noise(usize, f64),
 }
 
@@ -29,6 +31,7 @@ fn operation() -> impl Strategy<Value = Operation> {
         (0..16_usize, 0..4_usize, number()).prop_map(|(f, n, s)| Operation::Scale(f, n, s)),
         (row(), 1e-3..1e3_f64).prop_map(|(h, r)| Operation::Deflate(h, r)),
         (row(), 1e-3..1e3_f64).prop_map(|(h, r)| Operation::AnyGain(h, r)),
+        (row(), 1e-3..1e3_f64).prop_map(|(h, r)| Operation::FewGains(h, r)),
         (0..6_usize, 0.0..1.0_f64).prop_map(|(i, v)| Operation::Noise(i, v)),
     ]
 }
@@ -58,6 +61,11 @@ fn apply(p: &mut Covariance, operation: &Operation) {
             let (ph, s) = innovation(p, h, *r);
             p.update_with_gain(&ph, &ph.map(|x| 0.3 * x / s), s);
         }
+        Operation::FewGains(h, r) => {
+            let (ph, s) = innovation(p, h, *r);
+            let gain = |k: usize| if k % 4 == 1 { 0.3 * ph[k] / s } else { 0.0 };
+            p.update_few(&ph, &core::array::from_fn(gain), s);
+        }
         Operation::Noise(i, v) => p.add_variances(BLOCKS[*i], DVec3::splat(*v)),
     }
     p.restore();
@@ -74,16 +82,15 @@ fn innovation(p: &Covariance, [a, b, c]: &[f64; 3], r: f64) -> (Row, f64) {
 
 proptest! {
     #[test]
-    fn both_halves_are_equal_to_the_bit(operations in prop::collection::vec(operation(), 1..40)) {
+    fn both_halves_are_equal(operations in prop::collection::vec(operation(), 1..40)) {
         let mut p = Covariance::ZERO;
         (0..STATES).for_each(|i| p.add_variance(i, 1.0 + i as f64));
         for operation in &operations {
             apply(&mut p, operation);
             for i in 0..STATES {
                 for k in 0..i {
-                    prop_assert_eq!(
-                        p.rows[i][k].to_bits(), p.rows[k][i].to_bits(), "{}, {}: {:?}", i, k, operation
-                    );
+                    let apart = p.rows[i][k] - p.rows[k][i];
+                    prop_assert!(apart == 0.0, "{i}, {k}: {apart} apart after {operation:?}");
                 }
             }
         }

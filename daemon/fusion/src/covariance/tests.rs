@@ -124,6 +124,25 @@ proptest! {
     }
 
     #[test]
+    fn an_update_that_teaches_few_states_is_the_joseph_form(
+        seed: u64,
+        exponent in -4.0..2.0_f64,
+        taught in prop::collection::vec(0..STATES, 0..7),
+    ) {
+        let mut random = Normal::seeded(seed);
+        let mut p = any_covariance(&mut random);
+        let h = any_sparse(&mut random);
+        let all = random.row(0.3);
+        let gain = core::array::from_fn(|k| if taught.contains(&k) { all[k] } else { 0.0 });
+        let r = 10_f64.powf(exponent);
+        let ph = p.times(&h);
+        let s = inner(&h, &ph) + r;
+        let expected = joseph(&p, &h, &gain, r);
+        p.update_few(&ph, &gain, s);
+        prop_assert!(Dense::of(&p).relative_difference(&expected) < 1e-12);
+    }
+
+    #[test]
     fn an_independent_block_keeps_no_correlation(seed: u64, i in 0..6_usize) {
         let mut random = Normal::seeded(seed);
         let mut p = any_covariance(&mut random);
