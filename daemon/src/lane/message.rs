@@ -19,7 +19,7 @@ const UNKNOWN_ANGLE_VARIANCE: f64 = core::f64::consts::PI * core::f64::consts::P
 
 /// The status bits of a step.
 pub fn status_of(step: &StepOutput, calibrated: bool) -> Status {
-    let mut status = Status::empty();
+    let mut status = step.rig;
     status.set(Status::CALIBRATED, calibrated);
     status.set(Status::BRIDGED, step.bridged);
     status.set(Status::SATURATED, step.saturated);
