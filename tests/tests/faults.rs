@@ -81,6 +81,8 @@ struct Followed {
 
 #[derive(Default)]
 struct Seen {
+    /// Sequence of the first pose received: poses before it came before this consumer did.
+    first: Option<u64>,
     received: u64,
     lost: u64,
     invalid: u64,
@@ -100,6 +102,7 @@ struct Seen {
 impl Seen {
     fn pose(&mut self, pose: &Pose) {
         let status = Status::from_bits_truncate(pose.status);
+        self.first.get_or_insert(pose.sequence);
         self.received += 1;
         self.follow_clock(pose);
         self.status |= status;
@@ -192,8 +195,9 @@ fn given_a_fault_on_each_of_twelve_cameras_then_each_is_counted_and_the_others_a
     for (name, seen) in &seen {
         let health = seen.last_health.unwrap();
         println!(
-            "{name:16} {:5} poses, {:4} missed, {:5} oriented, {:4} held, {:?}; samples {} lost {} \
+            "{name:16} joined after {:4}: {:5} poses, {:4} missed, {:5} oriented, {:4} held, {:?}; samples {} lost {} \
              bridged {} duplicates {} late {} invalid {} reconnects {} resets {}",
+            seen.first.unwrap_or_default(),
             seen.received,
             seen.lost,
             seen.oriented,
@@ -278,7 +282,8 @@ fn assert_status(name: &str, seen: &Seen) {
         assert!(last.contains(Status::INITIALISED), "{name}: {last:?}");
     }
     if name == CLEAN {
-        assert_eq!(seen.received + seen.lost, health.poses, "{name}");
+        let joined_after = seen.first.unwrap_or_default();
+        assert_eq!(joined_after + seen.received + seen.lost, health.poses, "{name}");
         assert_host_rate(name, seen, 1.0);
     }
     if name == TWICE {
