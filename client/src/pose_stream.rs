@@ -233,7 +233,8 @@ impl PoseStream {
     /// without it is not stale.
     pub fn is_stale(&self) -> bool {
         let silent = |pose: &CameraPose| {
-            pose.status().contains(Status::SENSOR_STALE) && !pose.validity().contains(Validity::TILT)
+            pose.status().contains(Status::SENSOR_STALE)
+                && !pose.validity().contains(Validity::TILT)
         };
         self.age().is_none_or(|age| age > self.stale_after)
             || self.history.newest().is_some_and(silent)

@@ -128,7 +128,8 @@ fn given_a_car_when_a_process_tells_its_speed_then_the_position_is_held_by_it() 
 }
 
 #[test]
-fn given_a_car_with_two_cameras_when_its_speed_is_told_to_the_body_then_it_holds_the_cars_position() {
+fn given_a_car_with_two_cameras_when_its_speed_is_told_to_the_body_then_it_holds_the_cars_position()
+{
     speed_holds_the_position(CAR_WITH_TWO, "car");
 }
 

@@ -218,9 +218,10 @@ const fn position_source(estimate: &Estimate) -> PositionSource {
 
 /// The bits of a set of aids.
 fn aid_bits(aids: fusion::AidFlags) -> u8 {
-    const BITS: [(AidKind, AidFlags); 6] = [
+    const BITS: [(AidKind, AidFlags); 7] = [
         (AidKind::Standstill, AidFlags::STANDSTILL),
         (AidKind::Speed, AidFlags::SPEED),
+        (AidKind::Velocity, AidFlags::SPEED),
         (AidKind::NonHolonomic, AidFlags::NON_HOLONOMIC),
         (AidKind::PositionFix, AidFlags::POSITION_FIX),
         (AidKind::PoseFix, AidFlags::POSE_FIX),

@@ -150,7 +150,8 @@ fn a_member_whose_values_are_stuck_is_voted_out() {
         (reading.gyro, reading.accel) = (held.gyro, held.accel);
     }
     let mut last = Status::empty();
-    let core = follow(&loaded, &played, |_, _| true, |step| last = status_of(&step.member(0), false));
+    let core =
+        follow(&loaded, &played, |_, _| true, |step| last = status_of(&step.member(0), false));
     let why = core.status(1).exclusion;
     assert!(last.contains(Status::ON_BODY | Status::MEMBER_OUT), "{last:?}");
     assert!(matches!(why, Some(Exclusion::Stuck | Exclusion::Deviating)), "{why:?}");

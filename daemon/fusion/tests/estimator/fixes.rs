@@ -94,6 +94,18 @@ fn what_comes_too_late_or_too_early_or_makes_no_sense_is_refused() {
             covariance: DMat3::IDENTITY,
             lever_m: DVec3::ZERO,
         },
+        speed(1.0, -0.1),
+        speed(1e300, 0.1),
+        Measurement::Position {
+            position_m: DVec3::X * 1e300,
+            covariance: DMat3::IDENTITY,
+            lever_m: DVec3::ZERO,
+        },
+        Measurement::Position {
+            position_m: DVec3::ZERO,
+            covariance: -DMat3::IDENTITY,
+            lever_m: DVec3::ZERO,
+        },
         Measurement::Position {
             position_m: DVec3::ZERO,
             covariance: DMat3::ZERO,
@@ -177,7 +189,9 @@ fn a_velocity_in_the_world_holds_the_position() {
         let covariance = DMat3::IDENTITY * 0.01;
         ride.offer(Measurement::Velocity { velocity_m_s, covariance, lever_m: DVec3::ZERO }, 0.0);
     }
-    assert!(ride.estimate().aids.used.contains(AidKind::Gradient));
+    let aids = ride.estimate().aids;
+    assert!(aids.used.contains(AidKind::Velocity) && !aids.used.contains(AidKind::Gradient));
+    assert_eq!(aids.position_origin(), PositionOrigin::Speed);
     assert!(ride.position_error().length() < 1.0, "{}", ride.position_error());
     assert!(ride.nees()[0] < 4.0);
 }
