@@ -157,29 +157,30 @@ impl Followed {
     }
 }
 
-/// Follows all cameras until each has ended.
+/// Follows all cameras until each has ended, each on a thread of its own: on a starved machine, one consumer
+/// after the other would be connected too late.
 fn follow_to_the_end(domain: &TestDomain) -> BTreeMap<String, Seen> {
-    let builder = Client::builder().prefix(&domain.prefix).root(&domain.root);
-    let client = builder.connect().unwrap();
-    let follow = |name: &str| {
-        let poses = client.pose_stream(name).unwrap().capacity(4096).open();
-        let health = client.health(name).unwrap();
-        (name.to_owned(), Followed { poses, health, seen: Seen::default() })
-    };
-    let mut followed: Vec<(String, Followed)> = names().map(follow).collect();
+    std::thread::scope(|scope| {
+        let started: Vec<_> =
+            names().map(|name| scope.spawn(move || follow(domain, name))).collect();
+        names().map(str::to_owned).zip(started.into_iter().map(|s| s.join().unwrap())).collect()
+    })
+}
+
+/// Follows one camera until it has ended.
+fn follow(domain: &TestDomain, name: &str) -> Seen {
+    let client = Client::builder().prefix(&domain.prefix).root(&domain.root).connect().unwrap();
+    let poses = client.pose_stream(name).unwrap().capacity(4096).open();
+    let health = client.health(name).unwrap();
+    let mut camera = Followed { poses, health, seen: Seen::default() };
     let begin = Instant::now();
-    while !followed.iter().all(|(_, f)| f.has_ended()) {
-        assert!(begin.elapsed() < PATIENCE, "some camera never ended");
-        for (_, camera) in &mut followed {
-            camera.look();
-        }
+    while !camera.has_ended() {
+        assert!(begin.elapsed() < PATIENCE, "{name} never ended");
+        camera.look();
         sleep(Duration::from_millis(5));
     }
-    let end = |(name, mut camera): (String, Followed)| {
-        camera.look();
-        (name, camera.seen)
-    };
-    followed.into_iter().map(end).collect()
+    camera.look();
+    camera.seen
 }
 
 #[test]
