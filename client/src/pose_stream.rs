@@ -229,9 +229,13 @@ impl PoseStream {
     }
 
     /// Whether there is no pose, the newest one taken is too old, or the lane says that its sensor
-    /// is silent.
+    /// is silent and vouches for nothing. The pose of a camera whose sensor is silent on a body that goes on
+    /// without it is not stale.
     pub fn is_stale(&self) -> bool {
-        let silent = |pose: &CameraPose| pose.status().contains(Status::SENSOR_STALE);
+        let silent = |pose: &CameraPose| {
+            pose.status().contains(Status::SENSOR_STALE)
+                && !pose.validity().contains(Validity::TILT)
+        };
         self.age().is_none_or(|age| age > self.stale_after)
             || self.history.newest().is_some_and(silent)
     }

@@ -56,6 +56,10 @@ fn the_vehicle_has_one_camera_of_each_model_found_by_serial() {
         assert!(camera.serial > 0);
         assert!(camera.mounting.position_m.iter().any(|&coordinate| coordinate != 0.0));
     }
+    let rigs = config.rigs();
+    assert_eq!(rigs.len(), 1, "both are on the vehicle");
+    assert_eq!(rigs[0].members, [0, 1]);
+    assert!(config.body[rigs[0].body].vehicle);
 }
 
 #[test]

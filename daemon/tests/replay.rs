@@ -177,3 +177,80 @@ fn without_any_recording_it_says_what_it_needs() {
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
     assert!(said(&output).contains("no recording: name FILE"), "{}", said(&output));
 }
+
+/// Values of a column of a CSV, row by row.
+fn column(text: &str, name: &str) -> Vec<String> {
+    let mut lines = text.lines();
+    let at = lines.next().unwrap().split(',').position(|column| column == name).unwrap();
+    lines.map(|line| line.split(',').nth(at).unwrap().to_owned()).collect()
+}
+
+fn number(text: &str) -> f64 {
+    text.parse().unwrap()
+}
+
+#[test]
+fn pairs_of_replayed_cameras_are_written_with_the_distances_source() {
+    let mut config = rig_of_three();
+    config += "[[camera]]\nname = \"outside\"\ndriver = \"replay\"\n\
+               start = { position_m = [2.0, 0.0, 0.0] }\nreplay = { file = \"left.csv\" }\n";
+    let whole = recording(IN_BODY_AXES);
+    let place = Place::with(&[
+        ("left.csv", &whole),
+        ("middle.csv", &whole),
+        ("right.csv", &whole),
+        ("rig.toml", &config),
+    ]);
+    let output = place.lodestoned(&["replay", "--config", "rig.toml", "--out", "poses"]);
+    assert!(output.status.success(), "{}", said(&output));
+    // What became of the single camera's rows is said as for a recording of its own.
+    assert!(said(&output).contains("rows=1000"), "{}", said(&output));
+    let pairs = std::fs::read_to_string(place.0.path().join("poses/relative.pairs.csv")).unwrap();
+    let names: Vec<(String, String)> =
+        column(&pairs, "a").into_iter().zip(column(&pairs, "b")).collect();
+    let last = |a: &str, b: &str| {
+        let at = names.iter().rposition(|(x, y)| (x.as_str(), y.as_str()) == (a, b)).unwrap();
+        let at = |name| number(&column(&pairs, name)[at]);
+        (at("distance_source"), [at("dx"), at("dy"), at("dz")])
+    };
+    // Given members in one body: as surveyed. Given one beside them: by where both began.
+    assert_eq!(last("left", "right"), (1.0, [0.0, -0.6, 0.0]));
+    let (source, distance) = last("left", "outside");
+    assert!((source - 2.0).abs() < 1e-9, "common start: {source}");
+    let length = distance.iter().map(|x| x * x).sum::<f64>().sqrt();
+    assert!((length - 2.0).abs() < 0.05, "{distance:?}");
+}
+
+#[test]
+fn a_rigs_poses_are_written_in_the_axes_that_were_asked_for() {
+    let whole = recording(IN_BODY_AXES);
+    let place = Place::with(&[
+        ("left.csv", &whole),
+        ("middle.csv", &whole),
+        ("right.csv", &whole),
+        ("rig.toml", &rig_of_three()),
+    ]);
+    let poses = |frame: &str| {
+        let arguments = ["replay", "--config", "rig.toml", "--out", frame, "--frame", frame];
+        let output = place.lodestoned(&arguments);
+        assert!(output.status.success(), "{}", said(&output));
+        let text = std::fs::read_to_string(place.0.path().join(frame).join("right.csv")).unwrap();
+        ["px", "py", "pz"].map(|name| number(column(&text, name).last().unwrap()))
+    };
+    let [east, north, up] = poses("enu");
+    assert!((east * east + north * north).sqrt() > 0.5, "it stands beside the first camera");
+    let swapped = poses("ned").map(f64::to_bits);
+    assert_eq!(swapped, [north, east, -up].map(f64::to_bits));
+}
+
+#[test]
+fn a_fix_without_sense_is_counted_and_corrects_nothing() {
+    for fix in ["1,2,3,-0.1", "1e300,2,3,0.1", "1,2,3,0"] {
+        let text = recording(&format!("{IN_BODY_AXES},{fix}"));
+        let text = text.replacen("mx,my,mz", "mx,my,mz,fix_x,fix_y,fix_z,fix_sigma", 1);
+        let place = Place::with(&[("rest.csv", &text)]);
+        let output = place.lodestoned(&["replay", "rest.csv", "--out", "poses"]);
+        assert!(output.status.success(), "{}", said(&output));
+        assert!(said(&output).contains("aiding_used=0"), "{fix}: {}", said(&output));
+    }
+}

@@ -6,11 +6,13 @@ mod common;
 use std::time::Duration;
 
 use glam::DVec3;
-use lodestone_config::Config;
+use lodestone_config::{Config, Loaded};
 use lodestone_daemon::driver::synthetic::{SyntheticDriver, Truth};
 use lodestone_daemon::driver::{Driver, Sink};
 use lodestone_daemon::lane::{Core, LaneSettings};
 use lodestone_daemon::reading::{Reading, RecordedAiding, RecordedSpeed};
+use lodestone_daemon::rig::{RigCore, RigSettings, RigStep};
+use lodestone_fusion::{Estimate, SensorTime};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -192,5 +194,141 @@ fn unaided_a_car_knows_how_lost_it_is() {
         }
         let (_, nees) = score(what, &rides);
         assert!(nees.iter().all(|n| (0.02..1.57).contains(n)), "{what}: {nees:?}");
+    }
+}
+
+/// Two cameras on a car, as in the shipped configuration of a vehicle; its speed is told to the front one.
+const TWO_ON_A_CAR: &str = r#"
+[world]
+year = 2026.0
+[[body]]
+name = "car"
+vehicle = true
+[[camera]]
+name = "front"
+driver = "synthetic"
+body = "car"
+imu_delay_s = 0.0
+mounting = { position_m = [2.1, 0.0, 0.9], roll_pitch_yaw_deg = [0.0, 10.0, 0.0] }
+synthetic = { trajectory = "car", rest_s = 4.0, speed = 0.0, seed = 0 }
+[[camera]]
+name = "rear"
+driver = "synthetic"
+body = "car"
+imu_delay_s = 0.0
+mounting = { position_m = [-0.6, 0.0, 1.1], roll_pitch_yaw_deg = [0.0, 0.0, 180.0] }
+synthetic = { trajectory = "car", rest_s = 4.0, speed = 0.0, seed = 1000 }
+"#;
+
+/// A car with two cameras, and the rig's lane that follows it.
+struct RideOfTwo {
+    drivers: [SyntheticDriver; 2],
+    core: RigCore,
+    readings: [std::collections::VecDeque<Reading>; 2],
+    random: ChaCha8Rng,
+    start: Truth,
+    truth: Truth,
+    latest: Option<Estimate>,
+    distance_m: f64,
+}
+
+impl RideOfTwo {
+    fn new(seed: u64) -> Self {
+        let mut config = Config::from_toml("two.toml", TWO_ON_A_CAR).unwrap();
+        for (k, camera) in (0..).zip(&mut config.camera) {
+            camera.synthetic.as_mut().unwrap().seed = seed + 1000 * k;
+        }
+        let leader = &config.camera[0];
+        let driver = |k: usize| SyntheticDriver::riding(&config.camera[k], leader, &config.world);
+        let drivers = [driver(0).unwrap(), driver(1).unwrap()];
+        let rig = config.rigs().remove(0);
+        let start = drivers[0].truth_at(drivers[0].truth_source().start());
+        let loaded = Loaded { config, path: "two.toml".into() };
+        let settings = RigSettings::new(&loaded, &rig, &[400.0; 2]).unwrap();
+        Self {
+            drivers,
+            core: RigCore::new(&settings),
+            readings: Default::default(),
+            random: ChaCha8Rng::seed_from_u64(seed),
+            start,
+            truth: start,
+            latest: None,
+            distance_m: 0.0,
+        }
+    }
+
+    fn drive(&mut self, seconds: f64) {
+        for step in 0..(seconds * 400.0) as usize {
+            for member in 0..2 {
+                let reading = self.reading(member, step);
+                let time = SensorTime::from_nanos(reading.arrival.as_nanos());
+                let latest = &mut self.latest;
+                self.core.take(member, &reading, time, |step: &RigStep<'_>| {
+                    *latest = step.member(0).estimate;
+                });
+            }
+        }
+    }
+
+    fn reading(&mut self, member: usize, step: usize) -> Reading {
+        while self.readings[member].is_empty() {
+            let mut batch = Batch(Vec::new());
+            self.drivers[member].poll(Duration::ZERO, &mut batch);
+            self.readings[member].extend(batch.0);
+        }
+        let mut reading = self.readings[member].pop_front().unwrap();
+        if member == 0 {
+            self.truth = self.drivers[0].truth_at(reading.sensor_time);
+            self.distance_m += self.truth.velocity_m_s.length() / 400.0;
+            if step.is_multiple_of(SAMPLES_PER_SPEED) {
+                reading.aiding = RecordedAiding { speed: Some(self.speed()), fix: None };
+            }
+        }
+        reading
+    }
+
+    /// Of the car: along its x axis, which the front camera looks down from.
+    fn speed(&mut self) -> RecordedSpeed {
+        let forward = glam::DQuat::from_rotation_y(10_f64.to_radians()).inverse() * DVec3::X;
+        let seen = self.truth.orientation.inverse().apply(self.truth.velocity_m_s);
+        let noise: f64 = StandardNormal.sample(&mut self.random);
+        RecordedSpeed {
+            speed_m_s: seen.dot(forward) + SPEED_SIGMA_M_S * noise,
+            sigma_m_s: Some(SPEED_SIGMA_M_S as f32),
+            age_s: 0.0,
+        }
+    }
+
+    /// Of the front camera, which began in the origin.
+    fn position_error(&self) -> DVec3 {
+        let way = self.truth.position_m - self.start.position_m;
+        way - self.latest.unwrap().position
+    }
+
+    fn nees(&self) -> f64 {
+        let error = self.position_error();
+        error.dot(self.latest.unwrap().position_covariance.inverse() * error) / 3.0
+    }
+}
+
+#[test]
+fn two_cameras_on_a_car_are_off_by_no_more_than_one() {
+    let mut one: Vec<Ride> = (0..SEEDS).map(|seed| Ride::new(seed, true)).collect();
+    let mut two: Vec<RideOfTwo> = (0..SEEDS).map(RideOfTwo::new).collect();
+    for (one, two) in one.iter_mut().zip(&mut two) {
+        one.drive(124.0);
+        two.drive(124.0);
+    }
+    let (off_of_one, _) = score("one camera, two minutes", &one);
+    let off = median(two.iter().map(|r| r.position_error().length() / r.distance_m).collect());
+    let nees = mean(two.iter().map(RideOfTwo::nees));
+    println!("two cameras, two minutes: {:.2} % of the way, NEES {nees:.2}", 100.0 * off);
+    assert!(off < 0.01 && off < 1.2 * off_of_one, "{off} of the way, one camera {off_of_one}");
+    assert!(nees < 1.57, "{nees}");
+    for ride in &two {
+        let counts = ride.core.counts(0);
+        assert_eq!((counts.aiding_invalid, ride.core.resets()), (0, 0));
+        assert!(counts.aiding_refused * 20 < counts.aiding_used, "{counts:?}");
+        assert!((0..2).all(|k| ride.core.status(k).exclusion.is_none()));
     }
 }

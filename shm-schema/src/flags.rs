@@ -12,7 +12,8 @@ bitflags! {
         const STATIONARY = 1 << 1;
         /// The magnetic field does not fit the reference; the magnetometer is not trusted.
         const MAGNETIC_DISTURBANCE = 1 << 2;
-        /// No sample for longer than the configured time; the pose is the last one known.
+        /// No sample for longer than the configured time; the pose is the last one known, and nothing in it
+        /// is valid. With validity it is a body's, which goes on without this camera's sensor.
         const SENSOR_STALE = 1 << 3;
         /// This step was bridged over lost samples.
         const BRIDGED = 1 << 4;

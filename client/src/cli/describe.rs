@@ -58,7 +58,7 @@ fn state_problem(health: &LaneHealth) -> Option<&'static str> {
     match health.state() {
         LaneState::Searching => Some("the device is being looked for"),
         LaneState::Aligning => Some("the initial alignment waits for rest"),
-        LaneState::Lost => Some("the device is gone or silent"),
+        LaneState::Lost => Some("the device is gone, or silent, or gives nothing that can be used"),
         LaneState::Ended => Some("the source has ended"),
         LaneState::Running | LaneState::Degraded => None,
     }

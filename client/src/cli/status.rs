@@ -96,8 +96,8 @@ fn text(r: &Report) -> String {
     let mut lines = vec![
         format!("{}: {}{serial}", r.camera, r.state),
         format!(
-            "  rate      {} samples/s, {} poses/s; arrival to published {} ms (p50), {} ms (p99)",
-            or_dash(r.sample_rate_hz, 1.0, 1),
+            "  rate      {}{} poses/s; arrival to published {} ms (p50), {} ms (p99)",
+            samples(r),
             or_dash(r.pose_rate_hz, 1.0, 1),
             or_dash(r.latency_p50_s, 1e3, 3),
             or_dash(r.latency_p99_s, 1e3, 3),
@@ -125,6 +125,17 @@ fn text(r: &Report) -> String {
     lines.extend(r.relative.iter().map(|pair| format!("  pair      {}", pair.to_text())));
     lines.extend(r.problems.iter().map(|problem| format!("  !         {problem}")));
     lines.join("\n")
+}
+
+/// A body has none of its own, but members.
+fn samples(r: &Report) -> String {
+    r.members_in_use.as_ref().map_or_else(
+        || format!("{} samples/s, ", or_dash(r.sample_rate_hz, 1.0, 1)),
+        |members| {
+            let used = members.iter().filter(|used| **used).count();
+            format!("{used} of {} cameras in use, ", members.len())
+        },
+    )
 }
 
 fn position(r: &Report) -> String {

@@ -18,17 +18,20 @@ pub enum AidKind {
     PoseFix,
     /// A velocity in the world from the gradient of the magnetic field.
     Gradient,
+    /// A velocity in the world that others measured.
+    Velocity,
 }
 
 impl AidKind {
     /// Every kind.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Standstill,
         Self::Speed,
         Self::NonHolonomic,
         Self::PositionFix,
         Self::PoseFix,
         Self::Gradient,
+        Self::Velocity,
     ];
 }
 
@@ -105,6 +108,7 @@ impl AidStatus {
             || self.used.contains(AidKind::PositionFix)
             || self.used.contains(AidKind::PoseFix)
             || self.used.contains(AidKind::Gradient)
+            || self.used.contains(AidKind::Velocity)
     }
 
     /// The aid that holds the position best: one that sees it goes before one that sees a velocity.
@@ -115,7 +119,7 @@ impl AidStatus {
             PositionOrigin::PositionFix
         } else if self.used.contains(AidKind::Standstill) {
             PositionOrigin::Standstill
-        } else if self.used.contains(AidKind::Speed) {
+        } else if self.used.contains(AidKind::Velocity) || self.used.contains(AidKind::Speed) {
             PositionOrigin::Speed
         } else if self.used.contains(AidKind::Gradient) {
             PositionOrigin::Gradient

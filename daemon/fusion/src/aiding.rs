@@ -29,7 +29,7 @@ pub enum AidRefusal {
     /// Its time of validity lies before what is remembered.
     #[error("it is older than two seconds, or than the alignment")]
     TooOld,
-    /// A value is not finite, a covariance none, or a quaternion not of unit length.
+    /// A value is not finite or beyond belief, a covariance none, or a quaternion not of unit length.
     #[error("its values make no sense")]
     Invalid,
     /// A speed, and no vehicle is configured.

@@ -172,9 +172,7 @@ fn replay_one(
         }
     }
     lane.give_up()?;
-    let (counts, phase) = (lane.core.counts(), lane.core.phase());
-    let has_magnetometer = lane.has_magnetometer;
-    let speed_unused = driver.has_speed() && lane.settings.estimator.vehicle.is_none();
+    let summary = lane.summary(&driver, producer.monitor().counters().dropped);
     lane.writer.finish()?;
     match failure.get() {
         Some(what) => Err(ReplayCommandError::Broken {
@@ -182,15 +180,7 @@ fn replay_one(
             poses: poses.into(),
             what: what.to_string(),
         }),
-        None => Ok(Summary {
-            rows: counts.readings,
-            malformed: driver.counters().malformed,
-            ring_dropped: producer.monitor().counters().dropped,
-            counts,
-            phase,
-            has_magnetometer,
-            speed_unused,
-        }),
+        None => Ok(summary),
     }
 }
 
@@ -236,7 +226,7 @@ impl Lane {
             core: Core::new(&settings),
             writer: PosesWriter::create(poses)?,
             hindsight: Hindsight::default(),
-            asked: args.frame.unwrap_or_else(|| usual_axes(config.estimator.preset)),
+            asked: axes_of(loaded, args),
             axes: None,
             settings,
             status: Status::empty(),
@@ -249,6 +239,20 @@ impl Lane {
     fn in_world(self, frame: Arc<WorldFrame>, camera: usize) -> Self {
         let membership = Membership::new(frame, camera, self.settings.member);
         Self { core: Core::in_world(&self.settings, membership), ..self }
+    }
+
+    /// What was found up to here.
+    fn summary(&self, driver: &ReplayDriver, ring_dropped: u64) -> Summary {
+        let counts = self.core.counts();
+        Summary {
+            rows: counts.readings,
+            malformed: driver.counters().malformed,
+            ring_dropped,
+            counts,
+            phase: self.core.phase(),
+            has_magnetometer: self.has_magnetometer,
+            speed_unused: driver.has_speed() && self.settings.estimator.vehicle.is_none(),
+        }
     }
 
     /// One row for each reading, also for one that was refused; held back while there is no pose.
@@ -319,6 +323,12 @@ fn with_preset(config: &Config, asked: Option<PresetArg>) -> Config {
     config
 }
 
+/// The world's axes that were asked for, or the preset's usual ones.
+fn axes_of(loaded: &Loaded, args: &ReplayArgs) -> WorldAxes {
+    let preset = with_preset(&loaded.config, args.preset).estimator.preset;
+    args.frame.unwrap_or_else(|| usual_axes(preset))
+}
+
 /// Recordings of feet come in aerospace axes as often as not.
 const fn usual_axes(preset: Preset) -> WorldAxes {
     match preset {
@@ -355,6 +365,14 @@ fn calibration(
     }
 }
 
+fn tell_speed_unused(recording: &Path) {
+    tracing::warn!(
+        "{}: its speed is not used: the configuration's replayed camera is on no vehicle \
+         (camera.body, body.vehicle)",
+        recording.display()
+    );
+}
+
 fn tell(recording: &Path, s: &Summary) {
     let c = &s.counts;
     tracing::info!(
@@ -373,11 +391,7 @@ fn tell(recording: &Path, s: &Summary) {
         recording.display()
     );
     if s.speed_unused {
-        tracing::warn!(
-            "{}: its speed is not used: the configuration's replayed camera is on no vehicle \
-             (camera.body, body.vehicle)",
-            recording.display()
-        );
+        tell_speed_unused(recording);
     }
     if let Phase::Aligning(waiting) = s.phase {
         tracing::warn!("{}: never aligned: {waiting}", recording.display());

@@ -75,7 +75,8 @@ fn speed_of(speed: &RecordedSpeed) -> Measurement {
 
 /// A fix without orientation is an antenna's, one with it the camera's own.
 fn fix_of(fix: &RecordedFix, antenna_m: DVec3) -> Measurement {
-    let isotropic = |sigma: f32| DMat3::IDENTITY * (f64::from(sigma) * f64::from(sigma));
+    // A negative σ makes no sense: it keeps its sign, and the estimator refuses it.
+    let isotropic = |sigma: f32| DMat3::IDENTITY * (f64::from(sigma) * f64::from(sigma.abs()));
     let (position_m, covariance) = (fix.position_m.into(), isotropic(fix.sigma_m));
     let pose = fix.orientation.and_then(|(turn, sigma)| {
         let [x, y, z, w] = turn.map(f64::from);

@@ -5,7 +5,7 @@ use lodestone_fusion::{
     Refusal, SensorSpan, SensorTime, Waiting,
 };
 
-use lodestone_schema::DistanceSource;
+use lodestone_schema::{DistanceSource, Status};
 
 use super::aiding::AidQueue;
 use super::{Conditioner, LaneSettings, SetBack};
@@ -43,6 +43,8 @@ pub struct StepOutput {
     pub position_jumped: bool,
     /// The world that the pose is in.
     pub world: WorldStep,
+    /// What the rig says beside it, if the pose is one's: on a body, a member out, disturbed alone.
+    pub rig: Status,
 }
 
 /// What became of a reading.
@@ -184,6 +186,7 @@ impl Core {
                 field_unlike_earth: is_unlike_earth(self.earth, estimate.as_ref()),
                 position_jumped: std::mem::take(&mut self.position_jumped),
                 world,
+                rig: Status::empty(),
             });
         }
         Taken { sample, refusal: None }

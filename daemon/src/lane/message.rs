@@ -19,7 +19,7 @@ const UNKNOWN_ANGLE_VARIANCE: f64 = core::f64::consts::PI * core::f64::consts::P
 
 /// The status bits of a step.
 pub fn status_of(step: &StepOutput, calibrated: bool) -> Status {
-    let mut status = Status::empty();
+    let mut status = step.rig;
     status.set(Status::CALIBRATED, calibrated);
     status.set(Status::BRIDGED, step.bridged);
     status.set(Status::SATURATED, step.saturated);
@@ -218,9 +218,10 @@ const fn position_source(estimate: &Estimate) -> PositionSource {
 
 /// The bits of a set of aids.
 fn aid_bits(aids: fusion::AidFlags) -> u8 {
-    const BITS: [(AidKind, AidFlags); 6] = [
+    const BITS: [(AidKind, AidFlags); 7] = [
         (AidKind::Standstill, AidFlags::STANDSTILL),
         (AidKind::Speed, AidFlags::SPEED),
+        (AidKind::Velocity, AidFlags::SPEED),
         (AidKind::NonHolonomic, AidFlags::NON_HOLONOMIC),
         (AidKind::PositionFix, AidFlags::POSITION_FIX),
         (AidKind::PoseFix, AidFlags::POSE_FIX),

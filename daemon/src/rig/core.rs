@@ -7,6 +7,8 @@ use lodestone_fusion::{
     SensorTime, Step, Waiting,
 };
 
+use lodestone_schema::Status;
+
 use super::assembler::{Assembler, AssemblerCounts, Fit, Row};
 use super::settings::{MemberSettings, RigSettings};
 use crate::lane::{
@@ -43,9 +45,12 @@ impl RigStep<'_> {
         let point = self.estimator.geometry().member(member);
         let estimate = self.body.estimate.and_then(|_| self.estimator.estimate_at(&point));
         let alone = self.report.members[member].magnetometer_alone;
+        let bent = self.report.field_bent || alone;
         let disturbed =
-            |e: Estimate| Estimate { magnetic_disturbance: e.magnetic_disturbance || alone, ..e };
-        StepOutput { estimate: estimate.map(disturbed), ..self.body }
+            |e: Estimate| Estimate { magnetic_disturbance: e.magnetic_disturbance || bent, ..e };
+        let mut rig = self.body.rig;
+        rig.set(Status::DISTURBANCE_LOCAL, alone);
+        StepOutput { estimate: estimate.map(disturbed), rig, ..self.body }
     }
 
     /// Whether a member gives nothing.
@@ -280,6 +285,7 @@ impl RigCore {
             field_unlike_earth: is_unlike_earth(self.earth, estimate.as_ref()),
             position_jumped: std::mem::take(&mut self.position_jumped),
             world,
+            rig: standing_of(&report, self.members.len()),
         };
         on_step(&RigStep { body, report: &report, estimator: &self.estimator });
         if report.step.waiting.is_none() && estimate.is_none() {
@@ -311,6 +317,14 @@ impl RigCore {
         self.degraded = false;
         self.resets += 1;
     }
+}
+
+/// What every pose of the rig says of it.
+fn standing_of(report: &RigReport, members: usize) -> Status {
+    let out = report.members.iter().take(members).any(|member| member.exclusion.is_some());
+    let mut standing = Status::ON_BODY;
+    standing.set(Status::MEMBER_OUT, out);
+    standing
 }
 
 impl Member {

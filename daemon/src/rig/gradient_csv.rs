@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | `t` | s | end of the window |
 //! | `verdict` | | `open`; `partial`, used, but not all directions are held; or why not |
-//! | `vx vy vz` | m/s | velocity of the filter point in the world |
+//! | `vx vy vz` | m/s | velocity of the filter point, east, north, up whatever axes poses are written in |
 //! | `velocity_sigma_m_s` | m/s | standard deviation along the best known direction |
 //! | `directions` | | directions in which the gradient tells the velocity |
 //! | `gradient_ut_m` `gradient_sigma_ut_m` | µT/m | size of the gradient and of its error |

@@ -7,10 +7,12 @@ use glam::DVec3;
 use lodestone_config::model::{Config, Rig};
 use lodestone_config::{Config as Checked, Loaded};
 use lodestone_fusion::rig::{Exclusion, GradientVerdict};
+use lodestone_schema::Status;
 
 use super::{RigCore, RigSettings, RigStep};
 use crate::driver::synthetic::{SyntheticDriver, Truth};
 use crate::driver::{Driver, SourceState};
+use crate::lane::status_of;
 use crate::reading::Reading;
 
 /// The shipped rig, played as fast as it goes for so long.
@@ -147,8 +149,11 @@ fn a_member_whose_values_are_stuck_is_voted_out() {
     for reading in &mut played[1].readings[from..] {
         (reading.gyro, reading.accel) = (held.gyro, held.accel);
     }
-    let core = follow(&loaded, &played, |_, _| true, |_| {});
+    let mut last = Status::empty();
+    let core =
+        follow(&loaded, &played, |_, _| true, |step| last = status_of(&step.member(0), false));
     let why = core.status(1).exclusion;
+    assert!(last.contains(Status::ON_BODY | Status::MEMBER_OUT), "{last:?}");
     assert!(matches!(why, Some(Exclusion::Stuck | Exclusion::Deviating)), "{why:?}");
     assert_eq!(core.status(0).exclusion.or(core.status(2).exclusion), None);
 }

@@ -179,6 +179,7 @@ impl<P: Publish> RigWorker<P> {
             Phase::Running => LaneState::Running,
         };
         self.out.body.report(state, phase, self.core.resets());
+        self.out.body.outlet.board.set_members_in_use(self.members_in_use());
         let (counts, board) = (self.core.body_counts(), &self.out.body.outlet.board.counters);
         board.aiding_used.set(counts.aiding_used);
         board.aiding_refused.set(counts.aiding_refused);
@@ -201,6 +202,12 @@ impl<P: Publish> RigWorker<P> {
             let own = if present.silent { LaneState::Lost } else { own };
             published.report(own, phase, counts.resets);
         }
+    }
+
+    /// One bit for each member that counts.
+    fn members_in_use(&self) -> u64 {
+        let counts = |k: &usize| self.core.status(*k).exclusion.is_none();
+        (0..self.present.len()).filter(counts).fold(0, |bits, k| bits | 1 << k)
     }
 
     /// Says in the log who is out, and who is back.

@@ -60,6 +60,13 @@ fn group_delay_s(camera: &Camera) -> f64 {
     }
 }
 
+/// Cameras of the body that is published under an index; 0 for a camera.
+fn member_count(config: &Config, published: usize) -> u8 {
+    let rigs = config.rigs();
+    let rig = rigs.iter().find(|rig| config.camera.len() + rig.body == published);
+    rig.map_or(0, |rig| rig.members.len() as u8)
+}
+
 impl LaneMonitor {
     /// Begins to watch the lane of one camera of the configuration.
     pub fn new(config: &Config, camera: usize, board: Arc<LaneBoard>, start: HostTime) -> Self {
@@ -70,6 +77,7 @@ impl LaneMonitor {
             serial,
             daemon_start_time_ns: start.as_nanos(),
             daemon_pid: std::process::id(),
+            member_count: member_count(config, camera),
             group_delay_s: config.camera.get(camera).map_or(f64::NAN, group_delay_s),
             ..blank_health()
         };
@@ -87,7 +95,10 @@ impl LaneMonitor {
             if seconds > 0.0 { new.saturating_sub(old) as f64 / seconds } else { f64::NAN }
         };
         let health = &mut self.health;
-        health.sample_rate_hz = rate(counted.samples, health.samples);
+        // A body has no samples of its own.
+        let has_samples = health.member_count == 0;
+        let sample_rate_hz = rate(counted.samples, health.samples);
+        health.sample_rate_hz = if has_samples { sample_rate_hz } else { f64::NAN };
         health.pose_rate_hz = rate(counted.poses, health.poses);
         counted.fill(health);
         health.publish_errors += side_errors;
@@ -117,6 +128,7 @@ impl LaneMonitor {
         health.time_ns = now.as_nanos();
         health.state = self.board.state().code();
         health.alignment_wait = self.board.alignment_wait().code();
+        health.members_in_use = self.board.members_in_use();
         health.status = latest.status.bits();
         health.validity = latest.validity.bits();
         health.heading_source = latest.heading_source;

@@ -9,7 +9,7 @@ mod histogram;
 mod latest;
 mod status;
 
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use lodestone_schema::{AlignmentWait, LaneState};
 
@@ -33,6 +33,7 @@ pub struct LaneBoard {
     pub latest: Latest,
     state: AtomicU8,
     alignment_wait: AtomicU8,
+    members_in_use: AtomicU64,
 }
 
 impl LaneBoard {
@@ -65,6 +66,16 @@ impl LaneBoard {
     /// Says why the alignment is not done.
     pub fn set_alignment_wait(&self, wait: AlignmentWait) {
         self.alignment_wait.store(wait.code(), Ordering::Relaxed);
+    }
+
+    /// One bit for each member of a rigid body in use; 0 for a camera.
+    pub fn members_in_use(&self) -> u64 {
+        self.members_in_use.load(Ordering::Relaxed)
+    }
+
+    /// Says which members of a rigid body are in use.
+    pub fn set_members_in_use(&self, bits: u64) {
+        self.members_in_use.store(bits, Ordering::Relaxed);
     }
 
     /// Says what the lane is doing.

@@ -21,6 +21,17 @@ pub struct Daemon {
 impl Daemon {
     /// Starts one and waits until it serves all its cameras.
     pub fn start(configuration: &Path) -> Self {
+        let mut daemon = Self::spawn(configuration);
+        eventually("the daemon serves", || {
+            let ended = daemon.child.try_wait().expect("can be asked");
+            assert!(ended.is_none(), "ended instead of serving: {}", daemon.log());
+            daemon.log().contains("serving ").then_some(())
+        });
+        daemon
+    }
+
+    /// Starts one and waits for nothing: its cameras begin one after the other.
+    pub fn spawn(configuration: &Path) -> Self {
         let mut child = lodestoned()
             .args(["run", "--config"])
             .arg(configuration)
@@ -39,13 +50,7 @@ impl Daemon {
                 heard.push('\n');
             }
         });
-        let mut daemon = Self { child, log, listener: Some(listener) };
-        eventually("the daemon serves", || {
-            let ended = daemon.child.try_wait().expect("can be asked");
-            assert!(ended.is_none(), "ended instead of serving: {}", daemon.log());
-            daemon.log().contains("serving ").then_some(())
-        });
-        daemon
+        Self { child, log, listener: Some(listener) }
     }
 
     /// Its process id.

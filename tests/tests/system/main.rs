@@ -9,6 +9,7 @@ mod check;
 mod consumers;
 mod damaged_recordings;
 mod replay;
+mod rig;
 mod service;
 mod walks;
 mod world;

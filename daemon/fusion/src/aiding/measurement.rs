@@ -50,12 +50,19 @@ pub enum Measurement {
     },
 }
 
+/// What lies further from the origin is no place in a world with one vertical, nor could a kept world hold it, m.
+const FARTHEST_M: f64 = 1e7;
+/// Nothing that carries a camera is faster, m/s.
+const FASTEST_M_S: f64 = 1e3;
+/// No point on what carries a camera is further from it, m.
+const FARTHEST_LEVER_M: f64 = 1e3;
+
 impl Measurement {
     /// Which aid it is.
     pub const fn kind(&self) -> AidKind {
         match self {
             Self::Speed { .. } => AidKind::Speed,
-            Self::Velocity { .. } => AidKind::Gradient,
+            Self::Velocity { .. } => AidKind::Velocity,
             Self::Position { .. } => AidKind::PositionFix,
             Self::Pose { .. } => AidKind::PoseFix,
         }
@@ -63,16 +70,19 @@ impl Measurement {
 
     /// Whether every number is one that a measurement can have.
     pub fn is_sound(&self) -> bool {
-        let fix = |p: DVec3, c: DMat3, lever_m: DVec3| {
-            p.is_finite() && lever_m.is_finite() && inverse_root(c).is_some()
+        // A number that is none is within no bound.
+        let vector = |v: DVec3, most: f64, c: DMat3, lever_m: DVec3| {
+            let within = v.length() <= most && lever_m.length() <= FARTHEST_LEVER_M;
+            within && inverse_root(c).is_some()
         };
+        let fix = |p, c, lever_m| vector(p, FARTHEST_M, c, lever_m);
         match *self {
             Self::Speed { speed_m_s, sigma_m_s } => {
                 let sigma = sigma_m_s.unwrap_or(1.0);
-                speed_m_s.is_finite() && sigma.is_finite() && sigma > 0.0
+                speed_m_s.abs() <= FASTEST_M_S && sigma.is_finite() && sigma > 0.0
             }
             Self::Velocity { velocity_m_s, covariance, lever_m } => {
-                fix(velocity_m_s, covariance, lever_m)
+                vector(velocity_m_s, FASTEST_M_S, covariance, lever_m)
             }
             Self::Position { position_m, covariance, lever_m } => {
                 fix(position_m, covariance, lever_m)

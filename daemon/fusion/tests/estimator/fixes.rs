@@ -69,6 +69,34 @@ fn a_late_speed_is_one_of_how_fast_the_car_was() {
     assert!(compensated < 0.15 && compensated < 0.6 * ignored, "{compensated} {ignored}");
 }
 
+fn speed(speed_m_s: f64, sigma_m_s: f64) -> Measurement {
+    Measurement::Speed { speed_m_s, sigma_m_s: Some(sigma_m_s) }
+}
+
+/// Measurements that nobody can have made.
+fn senseless() -> [Measurement; 8] {
+    let position = |position_m, covariance| Measurement::Position {
+        position_m,
+        covariance,
+        lever_m: DVec3::ZERO,
+    };
+    let velocity = |velocity_m_s, covariance| Measurement::Velocity {
+        velocity_m_s,
+        covariance,
+        lever_m: DVec3::ZERO,
+    };
+    [
+        speed(f64::NAN, 0.1),
+        speed(1.0, 0.0),
+        speed(1.0, -0.1),
+        speed(1e300, 0.1),
+        position(DVec3::INFINITY, DMat3::IDENTITY),
+        position(DVec3::X * 1e300, DMat3::IDENTITY),
+        position(DVec3::ZERO, -DMat3::IDENTITY),
+        velocity(DVec3::ZERO, DMat3::NAN),
+    ]
+}
+
 #[test]
 fn what_comes_too_late_or_too_early_or_makes_no_sense_is_refused() {
     let mut ride = Ride::new(1, Parameters::default());
@@ -84,27 +112,8 @@ fn what_comes_too_late_or_too_early_or_makes_no_sense_is_refused() {
     };
     assert_eq!(refused(&mut ride, good, 2.5), Some(AidRefusal::TooOld));
     assert_eq!(refused(&mut ride, good, -0.1), Some(AidRefusal::Future));
-    let speed = |speed_m_s, sigma| Measurement::Speed { speed_m_s, sigma_m_s: Some(sigma) };
     assert_eq!(refused(&mut ride, speed(1.0, 0.1), 0.0), Some(AidRefusal::NoVehicle));
-    for wrong in [
-        speed(f64::NAN, 0.1),
-        speed(1.0, 0.0),
-        Measurement::Position {
-            position_m: DVec3::INFINITY,
-            covariance: DMat3::IDENTITY,
-            lever_m: DVec3::ZERO,
-        },
-        Measurement::Position {
-            position_m: DVec3::ZERO,
-            covariance: DMat3::ZERO,
-            lever_m: DVec3::ZERO,
-        },
-        Measurement::Velocity {
-            velocity_m_s: DVec3::ZERO,
-            covariance: DMat3::NAN,
-            lever_m: DVec3::ZERO,
-        },
-    ] {
+    for wrong in senseless() {
         assert_eq!(refused(&mut ride, wrong, 0.0), Some(AidRefusal::Invalid), "{wrong:?}");
     }
     let aids = ride.estimate().aids;
@@ -177,7 +186,9 @@ fn a_velocity_in_the_world_holds_the_position() {
         let covariance = DMat3::IDENTITY * 0.01;
         ride.offer(Measurement::Velocity { velocity_m_s, covariance, lever_m: DVec3::ZERO }, 0.0);
     }
-    assert!(ride.estimate().aids.used.contains(AidKind::Gradient));
+    let aids = ride.estimate().aids;
+    assert!(aids.used.contains(AidKind::Velocity) && !aids.used.contains(AidKind::Gradient));
+    assert_eq!(aids.position_origin(), PositionOrigin::Speed);
     assert!(ride.position_error().length() < 1.0, "{}", ride.position_error());
     assert!(ride.nees()[0] < 4.0);
 }

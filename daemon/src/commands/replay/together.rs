@@ -13,11 +13,12 @@ use lodestone_config::Loaded;
 use lodestone_config::model::{DriverKind, Replay, Rig};
 
 use super::relatives::{Relatives, report};
-use super::{Lane, ReplayCommandError};
-use crate::cli::ReplayArgs;
+use super::{Lane, ReplayCommandError, axes_of, tell, tell_speed_unused};
+use crate::cli::{ReplayArgs, WorldAxes};
 use crate::driver::replay::ReplayDriver;
 use crate::driver::{Driver, SourceState};
 use crate::lane::{Phase, StepOutput, pose_row, status_of};
+use crate::pose_axes::Axes;
 use crate::poses_csv::{PosesError, PosesWriter};
 use crate::reading::{HostTime, Reading};
 use crate::rig::{GradientWriter, RigCore, RigSettings, RigStep};
@@ -30,6 +31,12 @@ struct Source {
     driver: ReplayDriver,
     ahead: VecDeque<Reading>,
     ended: bool,
+}
+
+impl Source {
+    fn recording(&self, loaded: &Loaded) -> PathBuf {
+        loaded.recording(&loaded.config.camera[self.camera]).unwrap_or_default()
+    }
 }
 
 /// Where a camera's readings go.
@@ -53,6 +60,9 @@ struct Outlets {
     body: PosesWriter,
     members: Vec<PosesWriter>,
     gradient: GradientWriter,
+    asked: WorldAxes,
+    /// The world's axes, once there is a pose.
+    axes: Option<Axes>,
     /// Where it is told where the body and its cameras are.
     frame: Arc<WorldFrame>,
     /// The first file that failed.
@@ -87,7 +97,7 @@ pub(super) fn replay(
         relatives.write_if_due(reading.sensor_time)?;
     }
     relatives.finish()?;
-    lanes.finish()?;
+    lanes.finish(loaded, &sources)?;
     broken(loaded, args, &sources)
 }
 
@@ -139,12 +149,15 @@ impl Lanes {
         }
     }
 
-    fn finish(self) -> Result<(), ReplayCommandError> {
-        for (_, mut lane) in self.single {
+    fn finish(self, loaded: &Loaded, sources: &[Source]) -> Result<(), ReplayCommandError> {
+        for (camera, mut lane) in self.single {
             lane.give_up()?;
+            if let Some(source) = sources.iter().find(|source| source.camera == camera) {
+                tell(&source.recording(loaded), &lane.summary(&source.driver, 0));
+            }
             lane.writer.finish()?;
         }
-        self.fused.into_iter().try_for_each(RigLane::finish)
+        self.fused.into_iter().try_for_each(|rig| rig.finish(loaded, sources))
     }
 }
 
@@ -247,6 +260,8 @@ impl RigLane {
             gradient: GradientWriter::create(
                 &args.out.join(format!("{}-gradient.csv", settings.body)),
             )?,
+            asked: axes_of(loaded, args),
+            axes: None,
             frame: Arc::clone(frame),
             failure: None,
         };
@@ -264,10 +279,10 @@ impl RigLane {
         outlets.failure.take().map_or(Ok(()), Err)
     }
 
-    fn finish(mut self) -> Result<(), ReplayCommandError> {
+    fn finish(mut self, loaded: &Loaded, sources: &[Source]) -> Result<(), ReplayCommandError> {
         let Self { core, settings, outlets, last } = &mut self;
         core.flush(*last, |step| outlets.write(step, settings));
-        self.tell();
+        self.tell(loaded, sources);
         if let Some(failure) = self.outlets.failure {
             return Err(failure.into());
         }
@@ -279,19 +294,29 @@ impl RigLane {
         Ok(())
     }
 
-    fn tell(&self) {
+    fn tell(&self, loaded: &Loaded, sources: &[Source]) {
         for (member, settings) in self.settings.members.iter().enumerate() {
             let c = self.core.counts(member);
+            let camera = settings.camera_id as usize;
+            let source = sources.iter().find(|source| source.camera == camera);
             tracing::info!(
                 rows = c.readings,
+                malformed = source.map_or(0, |source| source.driver.counters().malformed),
                 lost = c.lost,
                 duplicates = c.duplicates,
                 out_of_order = c.out_of_order,
                 invalid = c.invalid,
+                aiding_used = c.aiding_used,
+                aiding_refused = c.aiding_refused,
+                aiding_invalid = c.aiding_invalid,
                 "{}: camera {}",
                 self.settings.body,
                 settings.camera
             );
+            let with_speed = source.filter(|source| source.driver.has_speed());
+            if let (Some(source), None) = (with_speed, &self.settings.rig.estimator.vehicle) {
+                tell_speed_unused(&source.recording(loaded));
+            }
         }
         if let Phase::Aligning(waiting) = self.core.phase() {
             tracing::warn!("{}: never aligned: {waiting}", self.settings.body);
@@ -307,9 +332,13 @@ impl Outlets {
     }
 
     fn try_write(&mut self, step: &RigStep<'_>, settings: &RigSettings) -> Result<(), PosesError> {
+        if let (None, Some(first)) = (self.axes, &step.body.estimate) {
+            self.axes = Some(Axes::choose(self.asked, first));
+        }
+        let axes = self.axes.unwrap_or(Axes::EastNorthUp);
         let row = |of: &StepOutput, calibrated: bool| {
             let status = status_of(of, calibrated);
-            pose_row(of.time, of.estimate.as_ref(), status, &settings.validity)
+            axes.of_row(pose_row(of.time, of.estimate.as_ref(), status, &settings.validity))
         };
         let mut all_calibrated = true;
         for (k, (writer, member)) in self.members.iter_mut().zip(&settings.members).enumerate() {
