@@ -130,43 +130,45 @@ impl AidStatus {
 /// When each aid was last used and last refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AidLedger {
-    since_used_s: [f64; AidKind::ALL.len()],
-    since_refused_s: [f64; AidKind::ALL.len()],
+    used_s: [f64; AidKind::ALL.len()],
+    refused_s: [f64; AidKind::ALL.len()],
+    /// Now, on a clock of the ledger's own, s.
+    now_s: f64,
 }
 
 impl AidLedger {
     pub(crate) const EMPTY: Self = Self {
-        since_used_s: [f64::INFINITY; AidKind::ALL.len()],
-        since_refused_s: [f64::INFINITY; AidKind::ALL.len()],
+        used_s: [f64::NEG_INFINITY; AidKind::ALL.len()],
+        refused_s: [f64::NEG_INFINITY; AidKind::ALL.len()],
+        now_s: 0.0,
     };
 
     /// Time passes.
-    pub(crate) fn pass(&mut self, span_s: f64) {
-        for since in self.since_used_s.iter_mut().chain(&mut self.since_refused_s) {
-            *since += span_s;
-        }
+    pub(crate) const fn pass(&mut self, span_s: f64) {
+        self.now_s += span_s;
     }
 
     /// An aid was offered, and used or not.
     pub(crate) const fn note(&mut self, kind: AidKind, used: bool) {
-        let since = if used { &mut self.since_used_s } else { &mut self.since_refused_s };
-        since[kind as usize] = 0.0;
+        let times_s = if used { &mut self.used_s } else { &mut self.refused_s };
+        times_s[kind as usize] = self.now_s;
     }
 
     /// What was used is over: the camera moves again.
     pub(crate) const fn end(&mut self, kind: AidKind) {
-        self.since_used_s[kind as usize] = f64::INFINITY;
+        self.used_s[kind as usize] = f64::NEG_INFINITY;
     }
 
     pub(crate) fn status(&self) -> AidStatus {
-        AidStatus { used: recent(&self.since_used_s), refused: recent(&self.since_refused_s) }
+        let from_s = self.now_s - RECENT_S;
+        AidStatus { used: since(from_s, &self.used_s), refused: since(from_s, &self.refused_s) }
     }
 }
 
-fn recent(since_s: &[f64; AidKind::ALL.len()]) -> AidFlags {
-    AidKind::ALL.into_iter().fold(AidFlags::NONE, |flags, kind| {
-        if since_s[kind as usize] <= RECENT_S { flags.with(kind) } else { flags }
-    })
+/// What happened last not before a time.
+fn since(from_s: f64, times_s: &[f64; AidKind::ALL.len()]) -> AidFlags {
+    let flag = |kind: AidKind| u8::from(times_s[kind as usize] >= from_s) << kind as u8;
+    AidFlags(AidKind::ALL.into_iter().fold(0, |flags, kind| flags | flag(kind)))
 }
 
 #[cfg(test)]

@@ -269,11 +269,11 @@ impl Covariance {
     /// The Joseph form for any gain: `P ← (I − k hᵀ) P (I − k hᵀ)ᵀ + k r kᵀ`, given `ph = P h`,
     /// `s = hᵀ P h + r`.
     pub fn update_with_gain(&mut self, ph: &Row, gain: &Row, s: f64) {
-        for i in 0..STATES {
+        // With w = P h − ½ s k, all of it is −(k wᵀ + w kᵀ), the same to the bit with i and k swapped.
+        let taught: Row = core::array::from_fn(|k| ph[k] - 0.5 * s * gain[k]);
+        for ((row, gain_here), taught_here) in self.rows.iter_mut().zip(gain).zip(&taught) {
             for k in 0..STATES {
-                // Bracketed so that swapping i and k gives the same bits.
-                let cross = gain[i] * ph[k] + ph[i] * gain[k];
-                self.rows[i][k] += (gain[i] * gain[k]) * s - cross;
+                row[k] -= gain_here * taught[k] + taught_here * gain[k];
             }
         }
     }

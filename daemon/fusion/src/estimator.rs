@@ -2,25 +2,25 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::aid_status::{AidKind, AidStatus, PositionOrigin};
+use crate::aid_status::AidKind;
 use crate::aiding::{Aid, AidRefusal, AidReport, Aiding, Setting};
 use crate::aids::Aids;
 use crate::alignment::{Alignment, Waiting};
 use crate::covariance::{DEVIATION, MOUNTING, ORIENTATION, POSITION, SPEED_SCALE, VELOCITY};
-use crate::frame::{Body, Rotation, World};
 use crate::grid::{Increment, Step};
 use crate::history::Surroundings;
 use crate::parameters::Parameters;
 use crate::predict::{Pending, ProcessNoise, Strapdown, follow};
-use crate::relative::{FieldTie, Station};
-use crate::so3;
 use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
 use crate::update::compass::CompassReport;
 use crate::update::gradient::Held;
 use crate::update::{Outcome, gradient};
 
+mod estimate;
 pub(crate) mod place;
+
+pub use estimate::Estimate;
 
 /// Where a heading comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,76 +71,6 @@ impl StepReport {
     };
 }
 
-/// Pose, motion and their covariances at one instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
-    /// Time of validity.
-    pub time: SensorTime,
-    /// Body to world.
-    pub orientation: Rotation<World, Body>,
-    /// Position in the world, m.
-    pub position: DVec3,
-    /// Velocity in the world, m/s.
-    pub velocity: DVec3,
-    /// Angular rate against the world in the body, bias and earth rate removed, rad/s.
-    pub angular_rate: DVec3,
-    /// Specific force in the body, bias removed, m/s².
-    pub specific_force: DVec3,
-    /// Covariance of the orientation error about the world axes, rad².
-    pub orientation_covariance: DMat3,
-    /// Covariance of the position, m².
-    pub position_covariance: DMat3,
-    /// Covariance of the velocity, (m/s)².
-    pub velocity_covariance: DMat3,
-    /// How the orientation's error hangs on the field at this place.
-    pub field: FieldTie,
-    /// Where the heading comes from.
-    pub heading_origin: HeadingOrigin,
-    /// Where the position comes from.
-    pub position_origin: PositionOrigin,
-    /// The aids of the last second.
-    pub aids: AidStatus,
-    /// The camera stands.
-    pub at_rest: bool,
-    /// The magnetic field does not fit the reference.
-    pub magnetic_disturbance: bool,
-    /// The field in the world, smoothed, µT, if the magnetometer spoke.
-    pub magnetic_field_ut: Option<DVec3>,
-}
-
-impl Estimate {
-    /// The same in a time that runs the other way: what an estimator that goes back in time
-    /// ([`Estimator::reversed`]) says of the past.
-    #[must_use]
-    pub fn reversed(&self) -> Self {
-        Self {
-            time: SensorTime::from_nanos(-self.time.as_nanos()),
-            velocity: -self.velocity,
-            angular_rate: -self.angular_rate,
-            ..*self
-        }
-    }
-
-    /// What a relative pose needs of it.
-    pub fn station(&self) -> Station {
-        Station {
-            orientation: self.orientation,
-            orientation_covariance: self.orientation_covariance,
-            angular_rate: self.angular_rate,
-            position: self.position,
-            position_covariance: self.position_covariance,
-            velocity: self.velocity,
-            velocity_covariance: self.velocity_covariance,
-            field: self.field,
-        }
-    }
-
-    /// Whether anything is known of the position.
-    pub fn is_position_known(&self) -> bool {
-        place::is_position_known(self.position_covariance)
-    }
-}
-
 /// The estimator's state; a copy of it saves and restores the filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimator {
@@ -150,6 +80,8 @@ pub struct Estimator {
     state: Option<State>,
     strapdown: Strapdown,
     pending: Pending,
+    /// Every entry of the covariance is finite.
+    covariance_is_sound: bool,
     aids: Aids,
     aiding: Aiding,
     time: SensorTime,
@@ -175,6 +107,7 @@ impl Estimator {
             state: None,
             strapdown: Strapdown::NEW,
             pending: Pending::NONE,
+            covariance_is_sound: true,
             aids: Aids::new(&parameters),
             aiding: Aiding::NEW,
             time: SensorTime::from_nanos(0),
@@ -194,6 +127,9 @@ impl Estimator {
             self.strapdown.advance(state, &mut self.pending, &step.increment, surroundings);
         let settings = (&self.parameters, &self.noise);
         let mut report = self.aids.step(state, &mut self.pending, (step, turn_rad), settings);
+        if self.pending == Pending::NONE {
+            self.covariance_is_sound = state.covariance.is_finite();
+        }
         if self.aiding.note_motion(&step.increment, self.parameters.vehicle.as_ref()) {
             report.constraint = self.constrain();
         }
@@ -213,7 +149,7 @@ impl Estimator {
         };
         follow(state, &mut self.pending, &self.noise);
         let report = self.aiding.take(state, aid, &mut self.aids.ledger, &setting);
-        state.covariance.restore();
+        self.settle();
         report
     }
 
@@ -227,7 +163,14 @@ impl Estimator {
         follow(state, &mut self.pending, &self.noise);
         state.position = position_m;
         state.covariance.set_independent(POSITION, covariance);
+        self.settle();
+    }
+
+    /// The covariance was corrected between two steps.
+    fn settle(&mut self) {
+        let Some(state) = &mut self.state else { return };
         state.covariance.restore();
+        self.covariance_is_sound = state.covariance.is_finite();
     }
 
     /// What measurements by others are taken with.
@@ -247,7 +190,7 @@ impl Estimator {
         let state = self.state.as_mut()?;
         follow(state, &mut self.pending, &self.noise);
         let report = self.aiding.constrain(state, &mut self.aids.ledger, &setting);
-        state.covariance.restore();
+        self.settle();
         report
     }
 
@@ -260,7 +203,7 @@ impl Estimator {
         if used != Held::Partly {
             self.aids.ledger.note(AidKind::Gradient, used == Held::Wholly);
         }
-        state.covariance.restore();
+        self.settle();
         used
     }
 
@@ -278,6 +221,7 @@ impl Estimator {
         state.covariance.add_variance(DEVIATION, variance);
         let between = state.covariance.covariance(heading, DEVIATION) - variance;
         state.covariance.set(heading, DEVIATION, between);
+        self.settle();
     }
 
     /// Accounts for a stretch of time without samples, too long to bridge.
@@ -295,6 +239,7 @@ impl Estimator {
         state.covariance.add_variances(ORIENTATION, DVec3::splat(turn * turn));
         state.covariance.add_variances(VELOCITY, DVec3::splat(speed * speed));
         state.covariance.add_variances(POSITION, DVec3::splat(way * way));
+        self.settle();
     }
 
     /// An estimator that goes back in time from here, once aligned: what its steps bring is the past,
@@ -312,6 +257,7 @@ impl Estimator {
         };
         let mut reversed = Self::new(parameters);
         reversed.state = Some(self.state.as_ref()?.reversed());
+        reversed.settle();
         reversed.aids.heading_origin = self.aids.heading_origin;
         Some(reversed)
     }
@@ -325,64 +271,6 @@ impl Estimator {
     pub fn expected_field_ut(&self) -> Option<DVec3> {
         let reference = self.aids.compass.reference()?;
         Some(reference.in_world(self.parameters.field_bearing_rad))
-    }
-
-    /// Pose and motion at the end of the last step, once aligned.
-    pub fn estimate(&self) -> Option<Estimate> {
-        self.estimate_ahead(&Increment::ZERO)
-    }
-
-    /// Pose and motion a little later: the last step's, carried on over what the grid holds beyond.
-    pub fn estimate_ahead(&self, beyond: &Increment) -> Option<Estimate> {
-        let state = self.state.as_ref()?;
-        let latest = if beyond.span_s > 0.0 { beyond } else { &self.last };
-        let per_second = latest.span_s.recip();
-        let earth_rate = state.orientation.conjugate() * self.aids.earth_rate(&self.parameters);
-        let angular_rate = latest.angle * per_second - state.gyro_bias - earth_rate;
-        let specific_force = latest.velocity * per_second - state.accel_bias;
-        let span_s = beyond.span_s + self.parameters.lead_s;
-        let gain =
-            (state.orientation * specific_force - DVec3::Z * self.parameters.gravity_m_s2) * span_s;
-        let turned = state.orientation * so3::exp(angular_rate * span_s);
-        let block = |b| state.covariance.block(b, b);
-        state.is_finite().then(|| Estimate {
-            time: self.time + SensorSpan::from_secs_f64(beyond.span_s),
-            orientation: Rotation::from_unit(so3::renormalise(turned)),
-            position: state.position + (state.velocity + 0.5 * gain) * span_s,
-            velocity: state.velocity + gain,
-            angular_rate,
-            specific_force,
-            orientation_covariance: self.orientation_covariance(block(ORIENTATION)),
-            position_covariance: block(POSITION),
-            velocity_covariance: block(VELOCITY),
-            field: self.field_tie(state),
-            heading_origin: self.aids.heading_origin,
-            position_origin: self.aids.ledger.status().position_origin(),
-            aids: self.aids.ledger.status(),
-            at_rest: self.aids.standstill.stands(),
-            magnetic_disturbance: self.aids.compass.is_disturbed(),
-            magnetic_field_ut: self.aids.compass.field_ut(),
-        })
-    }
-
-    /// The filter's own covariance, and what no filter learns about a compass.
-    fn orientation_covariance(&self, mut covariance: DMat3) -> DMat3 {
-        let beyond = match self.aids.heading_origin {
-            HeadingOrigin::Arbitrary => core::f64::consts::PI,
-            _ => self.parameters.compass.systematic_sigma_rad,
-        };
-        covariance.z_axis.z += beyond * beyond;
-        covariance
-    }
-
-    fn field_tie(&self, state: &State) -> FieldTie {
-        let p = &self.parameters.compass;
-        FieldTie {
-            with_orientation_rad2: state.covariance.with_state(ORIENTATION, DEVIATION),
-            variance_rad2: state.covariance.variance(DEVIATION),
-            prior_variance_rad2: p.deviation_sigma_rad * p.deviation_sigma_rad,
-            way_m: p.deviation_way_m,
-        }
     }
 
     fn begin_aiding(&mut self) {
@@ -403,6 +291,7 @@ impl Estimator {
         let mag_delay_s = self.parameters.compass.delay_s;
         self.state = Some(State { mag_delay_s, ..aligned.state });
         self.begin_aiding();
+        self.settle();
         self.aids.begin(&aligned);
         if let Some(field) = aligned.field {
             self.aids.begin_with(field, aligned.field_span_s, self.parameters.heading);

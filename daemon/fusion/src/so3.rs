@@ -4,18 +4,31 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-/// Below this angle, rad, the series is exact to the last bit.
+/// Below this angle, rad, the logarithm's series is exact to the last bit.
 const SMALL_ANGLE: f64 = 1e-4;
+/// Below this square of half an angle, rad², sine and cosine are their series to the last bit: that of
+/// a step at 400 Hz and 20 rad/s.
+const SMALL_SQUARE: f64 = 6.25e-4;
 
 /// The unit quaternion that turns by a rotation vector, rad.
 pub fn exp(rotation_vector: DVec3) -> DQuat {
-    let angle = libm::sqrt(rotation_vector.length_squared());
-    let half = 0.5 * angle;
-    // sin(half) / angle
-    let scale =
-        if angle < SMALL_ANGLE { 0.5 - angle * angle / 48.0 } else { libm::sin(half) / angle };
-    let xyz = rotation_vector * scale;
-    DQuat::from_xyzw(xyz.x, xyz.y, xyz.z, libm::cos(half))
+    let half = rotation_vector * 0.5;
+    let (sine_by_angle, cosine) = sine_and_cosine(half.length_squared());
+    let xyz = half * sine_by_angle;
+    DQuat::from_xyzw(xyz.x, xyz.y, xyz.z, cosine)
+}
+
+/// `sin a / a` and `cos a` of an angle given by its square, rad².
+fn sine_and_cosine(square: f64) -> (f64, f64) {
+    if square < SMALL_SQUARE {
+        let sine = 1.0
+            - square * (1.0 / 6.0) * (1.0 - square * (1.0 / 20.0) * (1.0 - square * (1.0 / 42.0)));
+        let cosine =
+            1.0 - 0.5 * square * (1.0 - square * (1.0 / 12.0) * (1.0 - square * (1.0 / 30.0)));
+        return (sine, cosine);
+    }
+    let angle = libm::sqrt(square);
+    (libm::sin(angle) / angle, libm::cos(angle))
 }
 
 /// The rotation vector, rad, of length at most π, that a unit quaternion turns by.

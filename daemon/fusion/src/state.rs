@@ -138,14 +138,24 @@ impl State {
 
     /// Whether every number in it is finite.
     pub fn is_finite(&self) -> bool {
-        let vectors =
-            [self.velocity, self.position, self.gyro_bias, self.accel_bias, self.leaky_velocity];
-        self.orientation.is_finite()
-            && vectors.iter().all(|v| v.is_finite())
-            && self.deviation.is_finite()
-            && self.mag_delay_s.is_finite()
-            && self.mounting_rad.iter().all(|x| x.is_finite())
-            && self.speed_scale.is_finite()
-            && self.covariance.is_finite()
+        self.has_finite_values() && self.covariance.is_finite()
+    }
+
+    /// Whether every number in it but the covariance is finite.
+    pub(crate) fn has_finite_values(&self) -> bool {
+        // NaN and infinity survive every sum.
+        let vectors = self.velocity
+            + self.position
+            + self.gyro_bias
+            + self.accel_bias
+            + self.leaky_velocity
+            + self.orientation.xyz();
+        let numbers = self.orientation.w
+            + self.deviation
+            + self.mag_delay_s
+            + self.mounting_rad[0]
+            + self.mounting_rad[1]
+            + self.speed_scale;
+        (vectors.element_sum() + numbers).is_finite()
     }
 }

@@ -20,7 +20,7 @@ use deviation::{Moved, renew};
 use disturbance::{Expectation, Seen};
 pub use reference::FieldReference;
 
-use super::{Outcome, innovation_variance};
+use super::{Outcome, dot};
 use crate::covariance::{DEVIATION, GYRO_BIAS, MAG_DELAY, ORIENTATION, Row, STATES};
 use crate::parameters::{CompassParameters, HeadingMode, Parameters};
 use crate::so3;
@@ -286,18 +286,20 @@ impl Compass {
     ) -> Outcome {
         let Innovation { row, residual, variance } = innovation;
         let p = &parameters.compass;
-        let nis = residual * residual / innovation_variance(state, row, *variance);
+        let ph = state.covariance.times(row);
+        let expected = dot(row, &ph);
+        let nis = residual * residual / (expected + variance);
         let excess = nis / (p.gate_sigma * p.gate_sigma);
         let unused = Outcome { residual: *residual, nis, used: false };
         let disturbed = self.expected.is_some_and(|e| e.is_doubted(p.patience_s));
         match parameters.heading {
             HeadingMode::InitialOnly => unused,
-            HeadingMode::Continuous => steer(state, row, *residual, *variance),
+            HeadingMode::Continuous => steer(state, &ph, *residual, expected + variance),
             HeadingMode::Adaptive if disturbed || self.refuses(excess, span_s, p) => unused,
             HeadingMode::Adaptive => Outcome {
                 used: excess <= REFUSED,
                 nis,
-                ..steer(state, row, *residual, variance * excess.max(1.0))
+                ..steer(state, &ph, *residual, expected + variance * excess.max(1.0))
             },
         }
     }
@@ -337,10 +339,9 @@ impl Compass {
 /// gyroscope bias.
 ///
 /// Tilt and everything that hangs on it are considered, not learnt (Schmidt's consider states):
-/// their part in the innovation is counted, and their correlations are kept.
-fn steer(state: &mut State, row: &Row, residual: f64, variance: f64) -> Outcome {
-    let ph = state.covariance.times(row);
-    let innovation = innovation_variance(state, row, variance);
+/// their part in the innovation is counted, and their correlations are kept. Takes `P h` and the
+/// innovation's variance, rad².
+fn steer(state: &mut State, ph: &Row, residual: f64, innovation: f64) -> Outcome {
     let mut gain = [0.0; STATES];
     for learnt in LEARNT {
         gain[learnt] = ph[learnt] / innovation;
@@ -352,7 +353,7 @@ fn steer(state: &mut State, row: &Row, residual: f64, variance: f64) -> Outcome 
     let vertical = up * (up.dot(bias) / innovation);
     gain[GYRO_BIAS.0..GYRO_BIAS.0 + 3].copy_from_slice(&vertical.to_array());
     state.correct(&gain.map(|k| k * residual));
-    state.covariance.update_with_gain(&ph, &gain, innovation);
+    state.covariance.update_with_gain(ph, &gain, innovation);
     Outcome { residual, nis: residual * residual / innovation, used: true }
 }
 

@@ -12,7 +12,7 @@
 
 use glam::DVec3;
 
-use super::{Outcome, apply_blind, innovation_variance};
+use super::{Outcome, apply_blind};
 use crate::covariance::{LEAKY_VELOCITY, Row, STATES};
 use crate::parameters::LevellingParameters;
 use crate::state::State;
@@ -54,7 +54,7 @@ impl Levelling {
         for axis in 0..3 {
             let row = jacobian(axis);
             let residual = residual(state)[axis];
-            let usual = innovation_variance(state, &row, usual_square);
+            let usual = state.covariance.variance(LEAKY_VELOCITY.0 + axis) + usual_square;
             let excess = residual * residual / (usual * p.gate_sigma * p.gate_sigma);
             let variance = variance * excess.max(1.0);
             let outcome = apply_blind(state, &row, residual, variance);
