@@ -125,6 +125,8 @@ pub struct Compass {
     refused_s: f64,
     /// The field when it last changed notably.
     anchor: Option<DVec3>,
+    /// What steel nearby does to the field, as far as others than the compass can tell, 1σ, µT.
+    bend_ut: f64,
 }
 
 impl Compass {
@@ -139,7 +141,14 @@ impl Compass {
             moved: Moved { way_m: 0.0, turn_rad: 0.0, time_s: 0.0 },
             refused_s: 0.0,
             anchor: None,
+            bend_ut: 0.0,
         }
+    }
+
+    /// Takes note of what steel nearby does to the field, 1σ, µT; 0 where there is none. Such a field is
+    /// not refused, since it may be all there is, but each renewal of the deviation counts for less.
+    pub(crate) const fn note_bend(&mut self, bend_ut: f64) {
+        self.bend_ut = bend_ut;
     }
 
     /// Takes the field at the alignment, averaged over some time, s, as the one to expect.
@@ -272,6 +281,7 @@ impl Compass {
         );
         let change_ut = self.change_ut(blur_ut, p);
         let size_ut = self.smooth_mismatch_ut.max(disturbance_ut).max(change_ut);
+        let size_ut = if self.bend_ut > 0.0 { self.bend_ut } else { size_ut };
         let doubt = Doubt { size_ut, change_ut };
         Some(Examined { doubt, mismatch_ut, strength_ut: reference.norm_ut })
     }
@@ -291,11 +301,14 @@ impl Compass {
         let nis = residual * residual / (expected + variance);
         let excess = nis / (p.gate_sigma * p.gate_sigma);
         let unused = Outcome { residual: *residual, nis, used: false };
-        let disturbed = self.expected.is_some_and(|e| e.is_doubted(p.patience_s));
+        let bent = self.bend_ut > 0.0;
+        let disturbed = !bent && self.expected.is_some_and(|e| e.is_doubted(p.patience_s));
         match parameters.heading {
             HeadingMode::InitialOnly => unused,
             HeadingMode::Continuous => steer(state, &ph, *residual, expected + variance),
-            HeadingMode::Adaptive if disturbed || self.refuses(excess, span_s, p) => unused,
+            HeadingMode::Adaptive if disturbed || !bent && self.refuses(excess, span_s, p) => {
+                unused
+            }
             HeadingMode::Adaptive => Outcome {
                 used: excess <= REFUSED,
                 nis,

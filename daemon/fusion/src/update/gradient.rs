@@ -30,7 +30,7 @@ pub fn jacobian(direction: DVec3, velocity: DVec3) -> Row {
 }
 
 /// Standard deviation in the worst direction up to which the velocity is held, m/s.
-const HELD_SIGMA_M_S: f64 = 0.07;
+const HELD_SIGMA_M_S: f64 = 0.055;
 
 /// What a velocity did to the state's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
