@@ -237,7 +237,8 @@ impl Compass {
             HeadingMode::Continuous | HeadingMode::InitialOnly => Doubt::NONE,
         };
         let size_rad = doubt.size_ut / libm::sqrt(horizontal_ut2);
-        renew(state, &moved, doubt.change_ut, size_rad, p);
+        let (reasons, change_ut) = self.reasons_to_renew(&moved, doubt.change_ut, p);
+        renew(state, &reasons, change_ut, size_rad, p);
 
         let jitter_ut = moved.rate_rad_s() * p.timing_sigma_s * examined.strength_ut;
         let noise_ut2 = square(parameters.noise.mag_sigma_ut) / average.count + square(jitter_ut);
@@ -248,6 +249,21 @@ impl Compass {
             norm_ut: libm::sqrt(field.length_squared()),
             mismatch_ut: examined.mismatch_ut,
         })
+    }
+
+    /// What the camera did, as far as it renews the deviation: by steel that bends the field it is the same
+    /// for metres, however the field changes and the camera turns meanwhile.
+    fn reasons_to_renew(
+        &self,
+        moved: &Moved,
+        change_ut: f64,
+        p: &CompassParameters,
+    ) -> (Moved, f64) {
+        if self.bend_ut == 0.0 {
+            return (*moved, change_ut);
+        }
+        let way_m = moved.way_m * p.deviation_way_m / BEND_WAY_M;
+        (Moved { way_m, turn_rad: 0.0, ..*moved }, 0.0)
     }
 
     /// Compares a field with the expected one and with itself a moment ago.
@@ -369,6 +385,9 @@ fn steer(state: &mut State, ph: &Row, residual: f64, innovation: f64) -> Outcome
     state.covariance.update_with_gain(ph, &gain, innovation);
     Outcome { residual, nis: residual * residual / innovation, used: true }
 }
+
+/// Way past steel after which it bends the field another way, m.
+const BEND_WAY_M: f64 = 2.0;
 
 /// Square of the multiple of the gate beyond which an innovation is refused.
 const REFUSED: f64 = 4.0;
