@@ -207,6 +207,11 @@ impl Estimator {
         used
     }
 
+    /// What steel nearby does to the field, 1σ, µT; 0 where there is none.
+    pub(crate) const fn note_bend(&mut self, bend_ut: f64) {
+        self.aids.compass.note_bend(bend_ut);
+    }
+
     /// The field that gave the heading may be off by so much, 1σ, µT: heading and deviation are that
     /// much less known, and err by the same.
     pub(crate) fn doubt_heading(&mut self, field_ut: f64) {

@@ -9,11 +9,12 @@ use super::magnetism::{Magnetism, MagnetismParameters};
 use super::virtual_imu::{Inertial, VirtualImu};
 use super::voting::{Exclusion, Given, Voting, VotingParameters};
 use crate::aiding::{Aid, AidReport};
-use crate::covariance::VELOCITY;
+use crate::covariance::{ORIENTATION, VELOCITY};
 use crate::estimator::{Estimate, Estimator, StepReport};
 use crate::grid::{Increment, Step};
 use crate::parameters::{Parameters, SensorNoise};
 use crate::quantity::Mag;
+use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
 use crate::update::gradient::Held;
 
@@ -73,12 +74,14 @@ pub struct RigEstimator {
     gradient: Option<GradientAid>,
     /// The field is bent by steel.
     bent: bool,
+    /// The rig stands where it was aligned, and its heading has not been doubted yet.
+    at_start: bool,
     /// Each member's raw increment in the step before.
     last: [Increment; MAX_MEMBERS],
 }
 
-/// Error of the gradient from which it is not known, µT/m.
-const UNKNOWN_UT_M: f64 = 10.0;
+/// Heading up to whose error a bent field has nothing to add, 1σ, rad.
+const KNOWN_HEADING_RAD: f64 = 0.04;
 /// Usual distance of steel that bends the field, m: a dipole's field is a third of its gradient there.
 const STEEL_M: f64 = 2.0;
 
@@ -98,6 +101,7 @@ impl RigEstimator {
             estimator: Estimator::new(estimator),
             gradient: parameters.gradient.map(|p| GradientAid::new(&geometry, p)),
             bent: false,
+            at_start: false,
             last: [Increment::ZERO; MAX_MEMBERS],
         }
     }
@@ -116,7 +120,7 @@ impl RigEstimator {
         let mag = field.filter(|_| !self.is_held()).map(Mag::new);
         let step = self.estimator.step(&Step { time, increment, mag, bridged, saturated });
         let gradient = self.by_gradient(&increment, &readings, step.at_rest);
-        self.watch_field(step.just_aligned);
+        self.watch_field(&step);
         let (torn, field_bent) = (self.voting.torn, self.bent);
         let members = core::array::from_fn(|k| self.status(k));
         Some(RigReport { time, step, members, torn, field_bent, gradient, bridged, saturated })
@@ -214,17 +218,25 @@ impl RigEstimator {
 
     /// Whether the compass is held: the field is bent, and the heading known without it.
     fn is_held(&self) -> bool {
-        self.bent && self.estimator.state().is_some()
+        let heading = |state: &State| state.covariance.variance(ORIENTATION.0 + 2);
+        let known = |state| heading(state) < KNOWN_HEADING_RAD * KNOWN_HEADING_RAD;
+        self.bent && self.estimator.state().is_some_and(known)
     }
 
-    /// Follows whether the field is bent by steel, with hysteresis.
-    fn watch_field(&mut self, just_aligned: bool) {
+    /// Follows whether the field is bent by steel, with hysteresis. For as long as the rig has not left,
+    /// it is the field that gave the heading, and a bend may take some seconds to be seen.
+    fn watch_field(&mut self, report: &StepReport) {
         let (Some(aid), Some(p)) = (&self.gradient, &self.parameters.gradient) else { return };
+        self.at_start |= report.just_aligned;
         let Some((size, sigma)) = aid.gradient_now() else { return };
         let limit = p.bent_ut_m.max(2.0 * sigma);
-        self.bent = sigma < UNKNOWN_UT_M && size > if self.bent { 0.7 * limit } else { limit };
-        if just_aligned && size > limit {
-            self.estimator.doubt_heading(size * STEEL_M / 3.0);
+        self.bent = size > if self.bent { 0.7 * limit } else { limit };
+        let bend_ut = |size: f64| size * STEEL_M / 3.0;
+        self.estimator.note_bend(if self.bent { bend_ut(size) } else { 0.0 });
+        if self.at_start && (self.bent || !report.at_rest) {
+            self.at_start = false;
+            let beyond_its_error = libm::sqrt((size * size - sigma * sigma).max(0.0));
+            self.estimator.doubt_heading(bend_ut(beyond_its_error));
         }
     }
 

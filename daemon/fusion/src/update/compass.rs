@@ -125,6 +125,8 @@ pub struct Compass {
     refused_s: f64,
     /// The field when it last changed notably.
     anchor: Option<DVec3>,
+    /// What steel nearby does to the field, as far as others than the compass can tell, 1σ, µT.
+    bend_ut: f64,
 }
 
 impl Compass {
@@ -139,7 +141,14 @@ impl Compass {
             moved: Moved { way_m: 0.0, turn_rad: 0.0, time_s: 0.0 },
             refused_s: 0.0,
             anchor: None,
+            bend_ut: 0.0,
         }
+    }
+
+    /// Takes note of what steel nearby does to the field, 1σ, µT; 0 where there is none. Such a field is
+    /// not refused, since it may be all there is, but each renewal of the deviation counts for less.
+    pub(crate) const fn note_bend(&mut self, bend_ut: f64) {
+        self.bend_ut = bend_ut;
     }
 
     /// Takes the field at the alignment, averaged over some time, s, as the one to expect.
@@ -228,7 +237,8 @@ impl Compass {
             HeadingMode::Continuous | HeadingMode::InitialOnly => Doubt::NONE,
         };
         let size_rad = doubt.size_ut / libm::sqrt(horizontal_ut2);
-        renew(state, &moved, doubt.change_ut, size_rad, p);
+        let (reasons, change_ut) = self.reasons_to_renew(&moved, doubt.change_ut, p);
+        renew(state, &reasons, change_ut, size_rad, p);
 
         let jitter_ut = moved.rate_rad_s() * p.timing_sigma_s * examined.strength_ut;
         let noise_ut2 = square(parameters.noise.mag_sigma_ut) / average.count + square(jitter_ut);
@@ -239,6 +249,21 @@ impl Compass {
             norm_ut: libm::sqrt(field.length_squared()),
             mismatch_ut: examined.mismatch_ut,
         })
+    }
+
+    /// What the camera did, as far as it renews the deviation: by steel that bends the field it is the same
+    /// for metres, however the field changes and the camera turns meanwhile.
+    fn reasons_to_renew(
+        &self,
+        moved: &Moved,
+        change_ut: f64,
+        p: &CompassParameters,
+    ) -> (Moved, f64) {
+        if self.bend_ut == 0.0 {
+            return (*moved, change_ut);
+        }
+        let way_m = moved.way_m * p.deviation_way_m / BEND_WAY_M;
+        (Moved { way_m, turn_rad: 0.0, ..*moved }, 0.0)
     }
 
     /// Compares a field with the expected one and with itself a moment ago.
@@ -272,6 +297,7 @@ impl Compass {
         );
         let change_ut = self.change_ut(blur_ut, p);
         let size_ut = self.smooth_mismatch_ut.max(disturbance_ut).max(change_ut);
+        let size_ut = if self.bend_ut > 0.0 { self.bend_ut } else { size_ut };
         let doubt = Doubt { size_ut, change_ut };
         Some(Examined { doubt, mismatch_ut, strength_ut: reference.norm_ut })
     }
@@ -291,11 +317,14 @@ impl Compass {
         let nis = residual * residual / (expected + variance);
         let excess = nis / (p.gate_sigma * p.gate_sigma);
         let unused = Outcome { residual: *residual, nis, used: false };
-        let disturbed = self.expected.is_some_and(|e| e.is_doubted(p.patience_s));
+        let bent = self.bend_ut > 0.0;
+        let disturbed = !bent && self.expected.is_some_and(|e| e.is_doubted(p.patience_s));
         match parameters.heading {
             HeadingMode::InitialOnly => unused,
             HeadingMode::Continuous => steer(state, &ph, *residual, expected + variance),
-            HeadingMode::Adaptive if disturbed || self.refuses(excess, span_s, p) => unused,
+            HeadingMode::Adaptive if disturbed || !bent && self.refuses(excess, span_s, p) => {
+                unused
+            }
             HeadingMode::Adaptive => Outcome {
                 used: excess <= REFUSED,
                 nis,
@@ -356,6 +385,9 @@ fn steer(state: &mut State, ph: &Row, residual: f64, innovation: f64) -> Outcome
     state.covariance.update_few(ph, &gain, innovation);
     Outcome { residual, nis: residual * residual / innovation, used: true }
 }
+
+/// Way past steel after which it bends the field another way, m.
+const BEND_WAY_M: f64 = 2.0;
 
 /// Square of the multiple of the gate beyond which an innovation is refused.
 const REFUSED: f64 = 4.0;

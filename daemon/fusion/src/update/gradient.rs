@@ -11,6 +11,7 @@ use glam::{DMat3, DVec3};
 use super::apply_blind;
 use crate::covariance::{ORIENTATION, Row, STATES, VELOCITY};
 use crate::rig::eigen;
+use crate::so3;
 use crate::state::State;
 
 /// Variance from which a direction tells nothing, (m/s)².
@@ -29,8 +30,8 @@ pub fn jacobian(direction: DVec3, velocity: DVec3) -> Row {
     row
 }
 
-/// Standard deviation in the worst direction up to which the velocity is held, m/s.
-const HELD_SIGMA_M_S: f64 = 0.07;
+/// Standard deviation in the worst direction, in the rig's own axes, up to which the velocity is held, m/s.
+const HELD_SIGMA_M_S: f64 = 0.06;
 
 /// What a velocity did to the state's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,6 +64,16 @@ pub(crate) fn update(state: &mut State, velocity: DVec3, covariance: DMat3) -> H
         let row = jacobian(e, state.velocity);
         apply_blind(state, &row, residual, parts.values[k]);
     }
-    let worst = eigen(state.covariance.block(VELOCITY, VELOCITY)).values.x;
+    let worst = eigen(in_own_axes(state)).values.x;
     if worst < HELD_SIGMA_M_S * HELD_SIGMA_M_S { Held::Wholly } else { Held::Partly }
+}
+
+/// Covariance of the velocity as the rig itself has it, (m/s)²: what an error of the attitude does to the
+/// velocity in the world is not in it.
+fn in_own_axes(state: &State) -> DMat3 {
+    let turn = so3::skew(state.velocity);
+    let block = |i, j| state.covariance.block(i, j);
+    let across = turn * block(ORIENTATION, VELOCITY);
+    let by_turn = turn * block(ORIENTATION, ORIENTATION) * turn.transpose();
+    block(VELOCITY, VELOCITY) + across + across.transpose() + by_turn
 }
