@@ -24,7 +24,7 @@ pub struct GradientParameters {
     /// Noise of one magnetometer reading, 1σ, µT, as far as it is independent. Default 0.5.
     pub mag_sigma_ut: f64,
     /// What a calibration leaves of each magnetometer's bias, 1σ, µT, per axis. Large needs stronger
-    /// gradients; small believes what is not true. Default 0.2.
+    /// gradients; small believes what is not true. Default 0.7, more than most calibrations leave.
     pub residual_bias_ut: f64,
     /// Walk of that bias, 1σ after one second or after one radian (soft iron), µT. Default 0.01.
     pub bias_walk_ut: f64,
