@@ -161,6 +161,20 @@ fn past_steel_the_velocity_is_good_and_the_way_five_times_better() {
 }
 
 #[test]
+fn from_clear_ground_the_velocity_in_the_world_is_as_good() {
+    // Given a walk that begins five metres from any steel, so that its north is right
+    let walks = Walks::of("from clear ground", 10, |seed| {
+        let mut settings = Settings::indoors(seed);
+        let start = Scene::new(settings.clone(), seed).position();
+        settings.steel.retain(|dipole| dipole.position.distance(start) > 5.0);
+        settings
+    });
+    assert!(walks.velocity_error() <= 0.06, "{walks}");
+    assert!(walks.gain() >= 5.0, "{walks}");
+    assert!((0.2..1.5).contains(&walks.nees()), "{walks}");
+}
+
+#[test]
 fn a_rig_that_starts_beside_steel_doubts_its_heading_and_finds_north_on_its_way() {
     let (mut before, mut after) = (0.0, 0.0);
     for seed in 0..4 {
