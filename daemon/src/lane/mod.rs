@@ -27,4 +27,5 @@ pub(crate) use heard::{Addressee, understood};
 pub use message::{fill_pose, pose_row, sample_message, status_of, validity_of, wait_of};
 pub use set_back::SetBack;
 pub use settings::{LaneSettings, SettingsError, Timing, low_pass_of};
+pub(crate) use worker::show_counts;
 pub use worker::{Publish, Worker};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use lodestone_fusion::SensorTime;
 use lodestone_schema::{Aiding, CalibratedSample, LaneState, Pose, Status, Validity};
 
-use super::core::{Core, Phase, StepOutput};
+use super::core::{Core, CoreCounts, Phase, StepOutput};
 use super::heard::{Addressee, fix_source, understood};
 use super::message::{fill_pose, sample_message, wait_of};
 use super::settings::LaneSettings;
@@ -150,21 +150,26 @@ impl<P: Publish> Worker<P> {
     }
 
     fn count(&self) {
-        let counts = self.core.counts();
+        show_counts(&self.core.counts(), &self.outlet.board);
         let board = &self.outlet.board.counters;
-        board.samples.set(counts.readings);
-        board.samples_lost.set(counts.lost);
-        board.steps_bridged.set(counts.bridged);
-        board.duplicates.set(counts.duplicates);
-        board.out_of_order.set(counts.out_of_order);
-        board.invalid.set(counts.invalid);
-        board.resets.set(counts.resets.into());
-        board.aiding_used.set(counts.aiding_used);
-        board.aiding_refused.set(counts.aiding_refused);
-        board.aiding_invalid.set(counts.aiding_invalid);
         board.poses.set(self.outlet.pose.sequence);
         board.publish_errors.set(self.outlet.publisher.errors());
     }
+}
+
+/// Shows on a board what a core counted of one camera.
+pub(crate) fn show_counts(counts: &CoreCounts, board: &LaneBoard) {
+    let board = &board.counters;
+    board.samples.set(counts.readings);
+    board.samples_lost.set(counts.lost);
+    board.steps_bridged.set(counts.bridged);
+    board.duplicates.set(counts.duplicates);
+    board.out_of_order.set(counts.out_of_order);
+    board.invalid.set(counts.invalid);
+    board.resets.set(counts.resets.into());
+    board.aiding_used.set(counts.aiding_used);
+    board.aiding_refused.set(counts.aiding_refused);
+    board.aiding_invalid.set(counts.aiding_invalid);
 }
 
 impl<P: Publish> Outlet<P> {

@@ -13,7 +13,8 @@ use super::settings::RigSettings;
 use crate::clock::{SensorClock, UnixOffset};
 use crate::driver::SourceState;
 use crate::lane::{
-    Addressee, Phase, Publish, StepOutput, fill_pose, sample_message, understood, wait_of,
+    Addressee, Phase, Publish, StepOutput, fill_pose, sample_message, show_counts, understood,
+    wait_of,
 };
 use crate::publisher::blank_pose;
 use crate::reading::{HostTime, Reading};
@@ -187,16 +188,7 @@ impl<P: Publish> RigWorker<P> {
         for (k, (published, present)) in self.out.members.iter_mut().zip(&self.present).enumerate()
         {
             let counts = self.core.counts(k);
-            let board = &published.outlet.board.counters;
-            board.samples.set(counts.readings);
-            board.samples_lost.set(counts.lost);
-            board.steps_bridged.set(counts.bridged);
-            board.duplicates.set(counts.duplicates);
-            board.out_of_order.set(counts.out_of_order);
-            board.invalid.set(counts.invalid);
-            board.aiding_used.set(counts.aiding_used);
-            board.aiding_refused.set(counts.aiding_refused);
-            board.aiding_invalid.set(counts.aiding_invalid);
+            show_counts(&counts, &published.outlet.board);
             let out = self.core.status(k).exclusion.is_some() && state == LaneState::Running;
             let own = if out { LaneState::Degraded } else { state };
             let own = if present.silent { LaneState::Lost } else { own };
