@@ -7,6 +7,7 @@ pub mod cli;
 pub mod clock;
 pub mod commands;
 pub mod console;
+mod csv_file;
 pub mod driver;
 pub mod evaluation;
 pub mod hindsight;

@@ -14,13 +14,14 @@
 //! | `status` `validity` | | bits as in the shared-memory schema |
 //! | `heading_source` `position_source` | | codes as in the shared-memory schema |
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use lodestone_fusion::{Body, Rotation, SensorTime, World};
 use lodestone_schema::{HeadingSource, PositionSource, Status, Validity};
+
+use crate::csv_file::CsvFile;
 
 /// The first line.
 pub const HEADER: &str = "t,px,py,pz,qw,qx,qy,qz,vx,vy,vz,heading_sigma_deg,tilt_sigma_deg,\
@@ -68,8 +69,7 @@ pub struct PosesError {
 /// Writes poses to a file; allocates nothing after it was made.
 #[derive(Debug)]
 pub struct PosesWriter {
-    path: PathBuf,
-    file: BufWriter<File>,
+    file: CsvFile,
     line: Vec<u8>,
 }
 
@@ -79,14 +79,7 @@ impl PosesWriter {
     /// # Errors
     /// [`PosesError`] if the file cannot be made.
     pub fn create(path: &Path) -> Result<Self, PosesError> {
-        let file =
-            File::create(path).map_err(|source| PosesError { path: path.to_path_buf(), source })?;
-        let mut file = BufWriter::with_capacity(256 * 1024, file);
-        let path = path.to_path_buf();
-        match file.write_all(HEADER.as_bytes()) {
-            Ok(()) => Ok(Self { path, file, line: Vec::with_capacity(1024) }),
-            Err(source) => Err(PosesError { path, source }),
-        }
+        Ok(Self { file: CsvFile::create(path, HEADER)?, line: Vec::with_capacity(1024) })
     }
 
     /// Writes one row.
@@ -96,19 +89,15 @@ impl PosesWriter {
     pub fn write(&mut self, row: &PoseRow) -> Result<(), PosesError> {
         self.line.clear();
         append(&mut self.line, row);
-        self.file.write_all(&self.line).map_err(|source| self.error(source))
+        self.file.write(&self.line)
     }
 
     /// Hands all rows to the system; without it, a full disk goes unnoticed.
     ///
     /// # Errors
     /// [`PosesError`] if the file does not take them.
-    pub fn finish(mut self) -> Result<(), PosesError> {
-        self.file.flush().map_err(|source| self.error(source))
-    }
-
-    fn error(&self, source: io::Error) -> PosesError {
-        PosesError { path: self.path.clone(), source }
+    pub fn finish(self) -> Result<(), PosesError> {
+        self.file.finish()
     }
 }
 

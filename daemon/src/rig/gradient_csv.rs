@@ -14,13 +14,12 @@
 //!
 //! What the gate gives no velocity for is empty.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use lodestone_fusion::SensorTime;
 use lodestone_fusion::rig::{GradientReport, GradientVerdict, MemberStatus, RigReport};
 
+use crate::csv_file::CsvFile;
 use crate::poses_csv::PosesError;
 
 const HEADER: &str = "t,verdict,vx,vy,vz,velocity_sigma_m_s,directions,gradient_ut_m,\
@@ -29,8 +28,7 @@ const HEADER: &str = "t,verdict,vx,vy,vz,velocity_sigma_m_s,directions,gradient_
 /// Writes windows to a file.
 #[derive(Debug)]
 pub struct GradientWriter {
-    path: PathBuf,
-    file: BufWriter<File>,
+    file: CsvFile,
 }
 
 /// A verdict in one word.
@@ -54,10 +52,7 @@ impl GradientWriter {
     /// # Errors
     /// [`PosesError`] if the file cannot be made.
     pub fn create(path: &Path) -> Result<Self, PosesError> {
-        let error = |source| PosesError { path: path.to_path_buf(), source };
-        let mut file = BufWriter::new(File::create(path).map_err(error)?);
-        file.write_all(HEADER.as_bytes()).map_err(error)?;
-        Ok(Self { path: path.to_path_buf(), file })
+        Ok(Self { file: CsvFile::create(path, HEADER)? })
     }
 
     /// Writes a row if a window ended in a step.
@@ -67,19 +62,15 @@ impl GradientWriter {
     pub fn write(&mut self, report: &RigReport) -> Result<(), PosesError> {
         let Some(gradient) = &report.gradient else { return Ok(()) };
         let row = row(report.time, gradient, &report.members);
-        self.file.write_all(row.as_bytes()).map_err(|source| self.error(source))
+        self.file.write(row.as_bytes())
     }
 
     /// Hands all rows to the system.
     ///
     /// # Errors
     /// [`PosesError`] if the file does not take them.
-    pub fn finish(mut self) -> Result<(), PosesError> {
-        self.file.flush().map_err(|source| self.error(source))
-    }
-
-    fn error(&self, source: std::io::Error) -> PosesError {
-        PosesError { path: self.path.clone(), source }
+    pub fn finish(self) -> Result<(), PosesError> {
+        self.file.finish()
     }
 }
 

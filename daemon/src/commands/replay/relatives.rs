@@ -13,15 +13,14 @@
 //! Ten rows a second for each pair; what is not known is empty.
 
 use std::fmt::Write as _;
-use std::fs::File;
-use std::io::{BufWriter, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use lodestone_config::model::Config;
 use lodestone_fusion::{Estimate, SensorTime};
 use lodestone_schema::{Relative, name_of};
 
+use crate::csv_file::CsvFile;
 use crate::poses_csv::PosesError;
 use crate::reading::HostTime;
 use crate::world::{Motion, Pair, WorldFrame, WorldPhase, WorldStep};
@@ -37,24 +36,19 @@ pub(super) struct Relatives {
     frame: Arc<WorldFrame>,
     pairs: Vec<Pair>,
     next_ns: Option<i64>,
-    file: BufWriter<File>,
-    path: PathBuf,
+    file: CsvFile,
 }
 
 impl Relatives {
     /// A world that the first replayed camera may fix, and a file for its pairs.
     pub(super) fn create(config: &Config, first: usize, path: &Path) -> Result<Self, PosesError> {
-        let error = |source| PosesError { path: path.to_path_buf(), source };
-        let mut file = BufWriter::new(File::create(path).map_err(error)?);
-        file.write_all(HEADER.as_bytes()).map_err(error)?;
         let phase = WorldPhase { member: Some(first as u16), ..WorldPhase::waiting(1) };
         let members = config.camera.len() + config.body.len();
         Ok(Self {
             frame: Arc::new(WorldFrame::new(members, phase)),
             pairs: Pair::all(config),
             next_ns: None,
-            file,
-            path: path.to_path_buf(),
+            file: CsvFile::create(path, HEADER)?,
         })
     }
 
@@ -77,16 +71,12 @@ impl Relatives {
                 append(&mut text, &message);
             }
         }
-        self.file.write_all(text.as_bytes()).map_err(|source| self.error(source))
+        self.file.write(text.as_bytes())
     }
 
     /// Hands all rows to the system.
-    pub(super) fn finish(mut self) -> Result<(), PosesError> {
-        self.file.flush().map_err(|source| self.error(source))
-    }
-
-    fn error(&self, source: std::io::Error) -> PosesError {
-        PosesError { path: self.path.clone(), source }
+    pub(super) fn finish(self) -> Result<(), PosesError> {
+        self.file.finish()
     }
 }
 
