@@ -6,10 +6,13 @@
 /// A consumer in another language relies on these numbers, so a change that moves a field must
 /// fail to compile here and be answered with a new [`crate::SCHEMA_VERSION`].
 macro_rules! assert_layout {
-    ($type:ty, size = $size:literal, $($field:ident = $offset:literal),+ $(,)?) => {
+    ($type:ty, size = $size:literal, $($fields:tt)+) => {
+        crate::layout::assert_layout!($type, align = 8, size = $size, $($fields)+);
+    };
+    ($type:ty, align = $align:literal, size = $size:literal, $($field:ident = $offset:literal),+ $(,)?) => {
         const _: () = {
             assert!(core::mem::size_of::<$type>() == $size);
-            assert!(core::mem::align_of::<$type>() == 8);
+            assert!(core::mem::align_of::<$type>() == $align);
             $(assert!(core::mem::offset_of!($type, $field) == $offset);)+
             let in_fields = 0 $(+ crate::layout::size_of_field(|m: &$type| &m.$field))+;
             assert!(in_fields == $size, "bytes that belong to no named field");
@@ -29,8 +32,9 @@ mod tests {
     use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
     use crate::{
-        Aiding, CalibratedSample, Health, Pose, Relative, Request, SCHEMA_VERSION, ServiceKind,
-        StaticTransform, WORLD_NAME, World, camera_of, is_camera_name, version_of,
+        Aiding, CalibratedSample, CloudHeader, CloudPoint, Health, Pose, Relative, Request,
+        SCHEMA_VERSION, ServiceKind, StaticTransform, WORLD_NAME, World, camera_of, is_camera_name,
+        version_of,
     };
 
     /// The name that iceoryx2 compares.
@@ -47,6 +51,8 @@ mod tests {
         assert_eq!(transport_name::<CalibratedSample>(), named("CalibratedSample"));
         assert_eq!(transport_name::<Health>(), named("Health"));
         assert_eq!(transport_name::<Aiding>(), named("Aiding"));
+        assert_eq!(transport_name::<CloudHeader>(), named("CloudHeader"));
+        assert_eq!(transport_name::<CloudPoint>(), named("CloudPoint"));
         assert_eq!(transport_name::<World>(), named("World"));
         assert_eq!(transport_name::<Relative>(), named("Relative"));
         assert_eq!(transport_name::<StaticTransform>(), named("StaticTransform"));
@@ -56,8 +62,9 @@ mod tests {
     #[test]
     fn every_service_name_bears_the_schema_version_and_the_camera() {
         let of_lane = ServiceKind::OF_LANE.map(|kind| (kind, "front"));
+        let of_depth_source = [(ServiceKind::Cloud, "front")];
         let of_daemon = ServiceKind::OF_DAEMON.map(|kind| (kind, WORLD_NAME));
-        for (kind, whose) in of_lane.into_iter().chain(of_daemon) {
+        for (kind, whose) in of_lane.into_iter().chain(of_depth_source).chain(of_daemon) {
             let name = kind.of(whose).to_string();
             assert_eq!(version_of(&name), Some(SCHEMA_VERSION), "{name}");
             assert_eq!(camera_of(&name, kind), Some(whose), "{name}");

@@ -20,6 +20,7 @@
 #![forbid(unsafe_op_in_unsafe_fn)]
 
 mod aiding;
+mod cloud;
 mod flags;
 mod health;
 mod layout;
@@ -35,6 +36,7 @@ pub mod transport;
 mod world;
 
 pub use aiding::{Aiding, AidingKind, AidingOrigin};
+pub use cloud::{CloudFields, CloudFrame, CloudHeader, CloudPoint};
 pub use flags::{
     AidFlags, DistanceSource, HeadingSource, PositionSource, SampleFlags, Status, Validity,
 };

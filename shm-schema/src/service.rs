@@ -33,6 +33,9 @@ pub enum ServiceKind {
     Wake,
     /// [`crate::Pose`] holding the truth of a synthetic world; for demonstrations and tests.
     Truth,
+    /// [`crate::CloudHeader`] with a slice of [`crate::CloudPoint`], from a depth source to whoever
+    /// reads; the daemon has no part in it.
+    Cloud,
     /// [`crate::World`], about once a second; once for a daemon.
     World,
     /// [`crate::Relative`], for each pair of cameras; once for a daemon.
@@ -59,6 +62,7 @@ impl ServiceKind {
             Self::Aiding => "aiding",
             Self::Wake => "wake",
             Self::Truth => "truth",
+            Self::Cloud => "cloud",
             Self::World => "world",
             Self::Relative => "relative",
             Self::Transforms => "transforms",

@@ -9,9 +9,14 @@
 //! let subscriber = service.subscriber_builder().create()?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+mod cloud;
 mod domain;
 mod open;
 
+pub use cloud::{
+    CLOUD_BORROWED, CLOUD_BUFFER, CLOUD_SUBSCRIBERS, Clouds, open_clouds_for_reading,
+    open_clouds_for_writing,
+};
 pub use domain::{Domain, DomainError};
 pub use open::{
     Availability, Events, OpenError, PublishSubscribe, Qos, cameras, open_event_for_reading,

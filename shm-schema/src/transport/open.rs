@@ -149,18 +149,24 @@ pub fn open_for_writing<T: Debug + ZeroCopySend + 'static>(
             .max_nodes(qos.max_subscribers + qos.max_publishers + 2)
             .open_or_create_with_attributes(&our_version())
     };
-    let in_flux = |e: &PublishSubscribeOpenOrCreateError| {
-        use PublishSubscribeOpenOrCreateError as E;
-        match e {
-            E::PublishSubscribeOpenError(e) => is_in_flux(*e),
-            E::SystemInFlux | E::PublishSubscribeCreateError(_) => true,
-        }
+    open_or_create(node, kind, camera, open)
+}
+
+/// Tries until a service is there, and says why if it is not.
+pub(super) fn open_or_create<P>(
+    node: &Node<ipc::Service>,
+    kind: ServiceKind,
+    camera: &str,
+    open: impl Fn() -> Result<P, PublishSubscribeOpenOrCreateError>,
+) -> Result<P, OpenError> {
+    use PublishSubscribeOpenOrCreateError as E;
+    let in_flux = |e: &E| match e {
+        E::PublishSubscribeOpenError(e) => is_in_flux(*e),
+        E::SystemInFlux | E::PublishSubscribeCreateError(_) => true,
     };
     retry(open, in_flux).map_err(|e| match e {
-        PublishSubscribeOpenOrCreateError::PublishSubscribeOpenError(e) => {
-            explain(node, kind, camera, e)
-        }
-        other => OpenError::Failed { name: name.to_string(), what: other.to_string() },
+        E::PublishSubscribeOpenError(e) => explain(node, kind, camera, e),
+        other => OpenError::Failed { name: kind.of(camera).to_string(), what: other.to_string() },
     })
 }
 
@@ -227,7 +233,10 @@ pub fn open_event_for_reading(
     })
 }
 
-fn retry<T, E>(open: impl Fn() -> Result<T, E>, in_flux: impl Fn(&E) -> bool) -> Result<T, E> {
+pub(super) fn retry<T, E>(
+    open: impl Fn() -> Result<T, E>,
+    in_flux: impl Fn(&E) -> bool,
+) -> Result<T, E> {
     for _ in 1..TRIES {
         match open() {
             Err(e) if in_flux(&e) => sleep(PAUSE_BETWEEN_TRIES),
@@ -237,17 +246,17 @@ fn retry<T, E>(open: impl Fn() -> Result<T, E>, in_flux: impl Fn(&E) -> bool) ->
     open()
 }
 
-fn is_in_flux(error: PublishSubscribeOpenError) -> bool {
+pub(super) fn is_in_flux(error: PublishSubscribeOpenError) -> bool {
     use PublishSubscribeOpenError as E;
     matches!(error, E::ServiceInCorruptedState | E::IsMarkedForDestruction | E::HangsInCreation)
 }
 
-fn service_name(kind: ServiceKind, camera: &str) -> Result<ServiceName, OpenError> {
+pub(super) fn service_name(kind: ServiceKind, camera: &str) -> Result<ServiceName, OpenError> {
     let name = kind.of(camera).to_string();
     ServiceName::new(&name).map_err(|e| OpenError::Failed { name, what: e.to_string() })
 }
 
-fn our_version() -> AttributeVerifier {
+pub(super) fn our_version() -> AttributeVerifier {
     let verifier = AttributeVerifier::new();
     let (Ok(key), Ok(value)) =
         (AttributeKey::try_from(VERSION_ATTRIBUTE), VERSION_ATTRIBUTE_VALUE.try_into())
@@ -257,7 +266,7 @@ fn our_version() -> AttributeVerifier {
     verifier.clone().require(&key, &value).unwrap_or(verifier)
 }
 
-fn explain(
+pub(super) fn explain(
     node: &Node<ipc::Service>,
     kind: ServiceKind,
     camera: &str,
