@@ -73,6 +73,23 @@ assert_layout!(
     reserved = 41,
 );
 
+impl Default for CloudHeader {
+    /// An empty cloud of which nothing is known; the transport begins a header with this.
+    fn default() -> Self {
+        Self {
+            sequence: 0,
+            time_ns: 0,
+            published_time_ns: 0,
+            width: 0,
+            height: 1,
+            fields: 0,
+            depth_sigma_per_m: f32::NAN,
+            frame: CloudFrame::Optical.code(),
+            reserved: [0; 7],
+        }
+    }
+}
+
 /// One point of a cloud.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
