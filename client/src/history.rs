@@ -31,7 +31,7 @@ const LEAST: Validity = Validity::TILT.union(Validity::TIME);
 /// #         validity: valid.bits(), heading_source: 1, position_source: 5, aids_used: 0, aids_refused: 0,
 /// #         world_epoch: 1,
 /// #         sensor_time_ns: time_ns, time_ns, arrival_time_ns: time_ns,
-/// #         step_start_time_ns: time_ns, step_end_time_ns: time_ns, published_time_ns: time_ns,
+/// #         ring_time_ns: time_ns, step_start_time_ns: time_ns, step_end_time_ns: time_ns, published_time_ns: time_ns,
 /// #         unix_offset_ns: 0, position_m: [x, 0.0, 0.0], velocity_m_s: [f64::NAN; 3],
 /// #         orientation: [0.0, 0.0, 0.0, 1.0], angular_rate_rad_s: [f64::NAN; 3],
 /// #         specific_force_m_s2: [f64::NAN; 3], position_covariance_m2: [0.0; 6],

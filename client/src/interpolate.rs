@@ -33,6 +33,7 @@ pub(crate) fn between(a: &CameraPose, b: &CameraPose, time_ns: i64) -> CameraPos
         time_ns,
         // It could not be known before its later neighbour was.
         arrival_time_ns: to.arrival_time_ns,
+        ring_time_ns: to.ring_time_ns,
         step_start_time_ns: to.step_start_time_ns,
         step_end_time_ns: to.step_end_time_ns,
         published_time_ns: to.published_time_ns,

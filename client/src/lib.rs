@@ -52,6 +52,7 @@ mod frame;
 mod health;
 mod history;
 mod interpolate;
+pub mod latency;
 mod limits;
 mod message;
 mod pace;

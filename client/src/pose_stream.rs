@@ -65,7 +65,7 @@ impl PoseStreamBuilder {
         Self { client, camera, capacity: 1024, limits: LookupLimits::default(), stale_after }
     }
 
-    /// Poses kept for lookups, at 360 bytes each; default 1024, which is 2.5 s at 400 Hz.
+    /// Poses kept for lookups, at 368 bytes each; default 1024, which is 2.5 s at 400 Hz.
     #[must_use]
     pub const fn capacity(mut self, poses: usize) -> Self {
         self.capacity = poses;

@@ -10,6 +10,7 @@ pub mod console;
 mod csv_file;
 pub mod driver;
 pub mod evaluation;
+mod handover;
 pub mod hindsight;
 pub mod lane;
 pub mod logging;

@@ -9,6 +9,7 @@ use lodestone_config::model::Threads;
 
 use crate::commands::supervision::{LaneContext, LaneFailure, LaneThread, Ready, StartedLane};
 use crate::driver::{Driver, SourceState};
+use crate::handover::{HandOver, Rhythm};
 use crate::lane::{Core, LaneSettings, Publish, Worker};
 use crate::publisher::{AidingInbox, LanePublisher};
 use crate::reading::HostTime;
@@ -57,12 +58,18 @@ fn run(context: &LaneContext, source: Source, ready: Ready) -> Result<(), LaneFa
     let worker = Worker::new(core, settings, publisher, board, unix_offset, host_rate);
     let (producer, consumer) = ring(config.lane.ring_capacity);
     ready.tell();
+    let rate_hz = info.nominal_rate_hz;
+    let ring = (producer, consumer);
     match config.lane.threads {
         Threads::One => {
-            run_on_one_thread(context, driver, (producer, consumer), worker, inbox);
+            run_on_one_thread(context, driver, ring, worker, inbox);
             Ok(())
         }
-        Threads::Two => run_on_two_threads(context, driver, (producer, consumer), worker, inbox),
+        Threads::Two => run_on_two_threads(context, driver, ring, worker, inbox, HandOver::WakeUp),
+        Threads::Timed => {
+            let timed = HandOver::Timed(Rhythm::new(rate_hz));
+            run_on_two_threads(context, driver, ring, worker, inbox, timed)
+        }
     }
 }
 
@@ -77,8 +84,8 @@ fn run_on_one_thread<P: Publish>(
     while !context.stop.is_raised() {
         let state = driver.poll(PATIENCE, &mut producer);
         hear(&mut worker, &mut inbox);
-        while let Some(reading) = consumer.pop() {
-            worker.take(&reading);
+        while let Some((reading, in_ring)) = consumer.pop_stamped() {
+            worker.take(&reading, in_ring);
         }
         count(&*driver, &producer, &context.board);
         worker.watch(state, HostTime::now());
@@ -89,20 +96,22 @@ fn run_on_one_thread<P: Publish>(
 }
 
 /// The driver fills the ring on a thread of its own, so a stalled publisher loses no samples that
-/// the ring can hold; each sample pays for a wake-up.
+/// the ring can hold; each sample pays for the hand-over.
 fn run_on_two_threads<P: Publish>(
     context: &LaneContext,
     driver: Box<dyn Driver>,
     (producer, mut consumer): (Producer, Consumer),
     mut worker: Worker<P>,
     mut inbox: AidingInbox,
+    mut hand_over: HandOver,
 ) -> Result<(), LaneFailure> {
     let reader = Reader::start(context, driver, producer)?;
     while !(consumer.is_closed() && consumer.is_empty()) {
-        consumer.wait(PATIENCE);
+        hand_over.wait(&mut consumer, PATIENCE);
         hear(&mut worker, &mut inbox);
-        while let Some(reading) = consumer.pop() {
-            worker.take(&reading);
+        while let Some((reading, in_ring)) = consumer.pop_stamped() {
+            hand_over.note(reading.arrival);
+            worker.take(&reading, in_ring);
         }
         worker.watch(reader.state(), HostTime::now());
     }

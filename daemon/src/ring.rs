@@ -17,7 +17,7 @@ use rustix::thread::futex;
 use rustix::time::Timespec;
 
 use crate::driver::Sink;
-use crate::reading::Reading;
+use crate::reading::{HostTime, Reading};
 
 /// What the ring counted since it was made. Nothing decreases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -52,7 +52,7 @@ impl RingMonitor {
 
 #[derive(Debug)]
 struct Shared {
-    queue: ArrayQueue<Reading>,
+    queue: ArrayQueue<(Reading, HostTime)>,
     /// Written by the producer alone, as are the two below.
     pushed: AtomicU64,
     dropped: AtomicU64,
@@ -137,7 +137,7 @@ impl Producer {
 impl Sink for Producer {
     fn push(&mut self, reading: Reading) {
         let shared = &*self.shared;
-        let displaced = shared.queue.force_push(reading).is_some();
+        let displaced = shared.queue.force_push((reading, HostTime::now())).is_some();
         // One writer: load and store need not be one step.
         shared.pushed.store(shared.pushed.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
         if displaced {
@@ -167,6 +167,11 @@ pub struct Consumer {
 impl Consumer {
     /// The oldest reading, if there is one.
     pub fn pop(&mut self) -> Option<Reading> {
+        self.pop_stamped().map(|(reading, _)| reading)
+    }
+
+    /// The oldest reading, if there is one, and when the driver put it here.
+    pub fn pop_stamped(&mut self) -> Option<(Reading, HostTime)> {
         self.shared.queue.pop()
     }
 
@@ -205,7 +210,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::reading::{HostTime, RecordedAiding};
+    use crate::reading::RecordedAiding;
 
     fn reading(sequence: u64) -> Reading {
         Reading {

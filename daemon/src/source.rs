@@ -152,6 +152,7 @@ impl TruthProvider for BesideTheLane {
             sensor_time_ns: latest.sensor_time_ns,
             time_ns: latest.time_ns,
             arrival_time_ns: latest.time_ns,
+            ring_time_ns: latest.time_ns,
             step_start_time_ns: latest.time_ns,
             step_end_time_ns: latest.time_ns,
             position_m: (self.start_m + truth.position_m).into(),

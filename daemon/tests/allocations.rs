@@ -160,7 +160,8 @@ fn a_rigs_lane_allocates_nothing_after_it_was_made() {
     let mut feed = |from: i64, to: i64, present: &[usize]| {
         for n in from..to {
             for (noise, &member) in (3 * n..).zip(present) {
-                worker.take(member, &reading(noise).at(n));
+                let reading = reading(noise).at(n);
+                worker.take(member, &reading, reading.arrival);
             }
         }
     };

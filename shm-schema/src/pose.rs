@@ -41,6 +41,8 @@ pub struct Pose {
     pub time_ns: i64,
     /// When the sample that completed this step arrived at the host, `CLOCK_MONOTONIC`, ns.
     pub arrival_time_ns: i64,
+    /// When the driver put that sample into the ring, `CLOCK_MONOTONIC`, ns.
+    pub ring_time_ns: i64,
     /// When the filter began this step, `CLOCK_MONOTONIC`, ns.
     pub step_start_time_ns: i64,
     /// When the filter ended this step, `CLOCK_MONOTONIC`, ns.
@@ -69,7 +71,7 @@ pub struct Pose {
 
 assert_layout!(
     Pose,
-    size = 360,
+    size = 368,
     sequence = 0,
     camera_id = 8,
     reset_counter = 12,
@@ -83,16 +85,17 @@ assert_layout!(
     sensor_time_ns = 32,
     time_ns = 40,
     arrival_time_ns = 48,
-    step_start_time_ns = 56,
-    step_end_time_ns = 64,
-    published_time_ns = 72,
-    unix_offset_ns = 80,
-    position_m = 88,
-    velocity_m_s = 112,
-    orientation = 136,
-    angular_rate_rad_s = 168,
-    specific_force_m_s2 = 192,
-    position_covariance_m2 = 216,
-    velocity_covariance_m2_s2 = 264,
-    orientation_covariance_rad2 = 312,
+    ring_time_ns = 56,
+    step_start_time_ns = 64,
+    step_end_time_ns = 72,
+    published_time_ns = 80,
+    unix_offset_ns = 88,
+    position_m = 96,
+    velocity_m_s = 120,
+    orientation = 144,
+    angular_rate_rad_s = 176,
+    specific_force_m_s2 = 200,
+    position_covariance_m2 = 224,
+    velocity_covariance_m2_s2 = 272,
+    orientation_covariance_rad2 = 320,
 );

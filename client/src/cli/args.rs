@@ -1,5 +1,6 @@
 //! Arguments.
 
+use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
@@ -62,6 +63,28 @@ pub(super) enum Command {
     Relative(RelativeArgs),
     /// The tree of frames: world, bodies, cameras, lenses, magnetometers.
     Transforms,
+    /// How long samples take from their arrival to a consumer, stage by stage. Takes one processor while
+    /// it measures, and one place among the cameras' subscribers.
+    Bench(BenchArgs),
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct BenchArgs {
+    /// Cameras; all if left out.
+    #[arg(value_name = "CAMERA")]
+    pub(super) cameras: Vec<String>,
+    /// Time that is measured.
+    #[arg(long, value_name = "SECONDS", value_parser = duration, default_value = "10")]
+    pub(super) duration: Duration,
+    /// Time before it, in which nothing counts.
+    #[arg(long, value_name = "SECONDS", value_parser = duration, default_value = "1")]
+    pub(super) warm_up: Duration,
+    /// Processor on which this consumer polls [default: the last one it may use]
+    #[arg(long, value_name = "N")]
+    pub(super) cpu: Option<usize>,
+    /// Write a page with curves of percentiles.
+    #[arg(long, value_name = "FILE")]
+    pub(super) html: Option<PathBuf>,
 }
 
 #[derive(Debug, clap::Args)]

@@ -1,6 +1,7 @@
 //! The command: arguments, commands, and how they end.
 
 mod args;
+mod bench;
 mod describe;
 mod echo;
 mod failure;
@@ -53,6 +54,7 @@ fn command(args: &Args) -> Result<(), Failure> {
         Command::World(chosen) => world::run(&session, chosen),
         Command::Relative(chosen) => relative::run(&session, chosen),
         Command::Transforms => transforms::run(&session),
+        Command::Bench(chosen) => bench::run(&session, chosen),
     }
 }
 

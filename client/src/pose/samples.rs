@@ -25,6 +25,7 @@ pub(crate) fn still(sequence: u64, time_ns: i64) -> Pose {
         sensor_time_ns: time_ns,
         time_ns,
         arrival_time_ns: time_ns,
+        ring_time_ns: time_ns,
         step_start_time_ns: time_ns,
         step_end_time_ns: time_ns,
         published_time_ns: time_ns,
@@ -77,7 +78,7 @@ prop_compose! {
     /// Any numbers at all in every field.
     pub(crate) fn arbitrary()(
         head in any::<(u64, u32, u32, u32, u32, u8, u8)>(),
-        times in any::<[i64; 7]>(),
+        times in any::<[i64; 8]>(),
         vectors in any::<[[u64; 3]; 4]>(),
         quaternion in any::<[u64; 4]>(),
         triangles in any::<[[u64; 6]; 3]>(),
@@ -88,7 +89,7 @@ prop_compose! {
             heading_source: heading, position_source: position, aids_used: 0, aids_refused: 0,
             world_epoch: 1,
             sensor_time_ns: times[0], time_ns: times[1], arrival_time_ns: times[2],
-            step_start_time_ns: times[3], step_end_time_ns: times[4],
+            ring_time_ns: times[7], step_start_time_ns: times[3], step_end_time_ns: times[4],
             published_time_ns: times[5], unix_offset_ns: times[6],
             position_m: vectors[0].map(f64::from_bits),
             velocity_m_s: vectors[1].map(f64::from_bits),

@@ -268,10 +268,12 @@ const LANE: &[Key] = &[
     ),
     key(
         "threads",
-        Choice(&["one", "two"]),
+        Choice(&["one", "two", "timed"]),
         "",
         "Driver and loop on one thread, without a hand-over to wait for, or on two, so that a \
-         slow step never delays a read.",
+         slow step never delays a read. The loop of \"two\" is woken by the driver; that of \
+         \"timed\" sleeps until just before the next sample is due and then looks, which wants a \
+         processor of its own. Rigs read each camera on a thread of its own, whatever this says.",
     ),
     key(
         "bridge_limit_s",

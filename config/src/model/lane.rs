@@ -41,8 +41,10 @@ pub enum Threads {
     /// One thread reads, steps and publishes: no hand-over to wait for.
     #[default]
     One,
-    /// A driver thread fills the ring, a loop thread empties it.
+    /// A driver thread fills the ring, and wakes a loop thread that empties it.
     Two,
+    /// As two, but the loop sleeps until just before the next reading is due, and then looks.
+    Timed,
 }
 
 /// How a lane runs.

@@ -128,7 +128,7 @@ impl Live {
 
     fn take(&mut self, readings: impl Iterator<Item = Reading>) {
         for reading in readings {
-            self.worker.take(&reading);
+            self.worker.take(&reading, reading.arrival);
             self.worker.watch(SourceState::Streaming, reading.arrival);
         }
     }

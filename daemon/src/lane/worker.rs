@@ -39,6 +39,14 @@ pub struct Worker<P> {
     epoch: Option<u32>,
 }
 
+/// Stamps of a reading's way, the same for every step that it completes.
+#[derive(Clone, Copy)]
+struct When {
+    arrival: HostTime,
+    in_ring: HostTime,
+    started: HostTime,
+}
+
 /// What turns steps into messages: clocks, sequence numbers, the publisher and the board.
 struct Outlet<P> {
     settings: LaneSettings,
@@ -87,9 +95,9 @@ impl<P: Publish> Worker<P> {
         }
     }
 
-    /// Takes one reading through to its poses.
-    pub fn take(&mut self, reading: &Reading) {
-        let started = HostTime::now();
+    /// Takes one reading, which was put into the ring at a time, through to its poses.
+    pub fn take(&mut self, reading: &Reading, in_ring: HostTime) {
+        let when = When { arrival: reading.arrival, in_ring, started: HostTime::now() };
         if self.epoch.replace(reading.epoch).is_some_and(|e| e != reading.epoch) {
             tracing::warn!(camera = self.outlet.settings.camera, "the source began anew");
         }
@@ -97,7 +105,7 @@ impl<P: Publish> Worker<P> {
         outlet.clock.observe(reading.sensor_time, reading.arrival, reading.epoch);
         let calibrated = self.core.is_calibrated();
         let taken = self.core.take(reading, |step| {
-            outlet.publish(step, reading.arrival, started, calibrated);
+            outlet.publish(step, when, calibrated);
         });
         if taken.refusal.is_none() {
             // A source that sends only what cannot be used is as good as silent.
@@ -173,22 +181,17 @@ pub(crate) fn show_counts(counts: &CoreCounts, board: &LaneBoard) {
 }
 
 impl<P: Publish> Outlet<P> {
-    fn publish(
-        &mut self,
-        step: &StepOutput,
-        arrival: HostTime,
-        started: HostTime,
-        calibrated: bool,
-    ) {
+    fn publish(&mut self, step: &StepOutput, when: When, calibrated: bool) {
         fill_pose(&mut self.pose, step, &self.settings.validity, calibrated);
         self.pose.time_ns = self.host_time_ns(step.time);
         self.pose.validity |= Validity::TIME.bits();
-        self.pose.arrival_time_ns = arrival.as_nanos();
-        self.pose.step_start_time_ns = started.as_nanos();
+        self.pose.arrival_time_ns = when.arrival.as_nanos();
+        self.pose.ring_time_ns = when.in_ring.as_nanos();
+        self.pose.step_start_time_ns = when.started.as_nanos();
         self.pose.step_end_time_ns = HostTime::now().as_nanos();
         self.pose.unix_offset_ns = self.unix_offset.as_nanos();
         if let Some(published) = self.publisher.pose(&self.pose) {
-            self.board.latency.record(published.as_nanos() - arrival.as_nanos());
+            self.board.latency.record(published.as_nanos() - when.arrival.as_nanos());
         }
         if let Some(field_ut) = step.estimate.as_ref().and_then(|e| e.magnetic_field_ut) {
             self.sensor.magnetic_norm_ut = field_ut.length();

@@ -113,6 +113,7 @@ pub(crate) const fn blank_pose() -> Pose {
         sensor_time_ns: 0,
         time_ns: 0,
         arrival_time_ns: 0,
+        ring_time_ns: 0,
         step_start_time_ns: 0,
         step_end_time_ns: 0,
         published_time_ns: 0,

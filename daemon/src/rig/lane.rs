@@ -145,8 +145,8 @@ fn drain(consumers: &mut [Consumer], worker: &mut RigWorker<LanePublisher>) {
     loop {
         let mut any = false;
         for (member, consumer) in consumers.iter_mut().enumerate() {
-            if let Some(reading) = consumer.pop() {
-                worker.take(member, &reading);
+            if let Some((reading, in_ring)) = consumer.pop_stamped() {
+                worker.take(member, &reading, in_ring);
                 any = true;
             }
         }

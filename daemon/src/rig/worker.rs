@@ -70,6 +70,7 @@ struct Out<P> {
 #[derive(Clone, Copy)]
 struct When {
     arrival: HostTime,
+    in_ring: HostTime,
     started: HostTime,
 }
 
@@ -112,9 +113,9 @@ impl<P: Publish> RigWorker<P> {
         }
     }
 
-    /// Takes one reading of a member through to the poses.
-    pub fn take(&mut self, member: usize, reading: &Reading) {
-        let when = When { arrival: reading.arrival, started: HostTime::now() };
+    /// Takes one reading of a member, which was put into the ring at a time, through to the poses.
+    pub fn take(&mut self, member: usize, reading: &Reading, in_ring: HostTime) {
+        let when = When { arrival: reading.arrival, in_ring, started: HostTime::now() };
         let present = &mut self.present[member];
         present.clock.observe(reading.sensor_time, reading.arrival, reading.epoch);
         let Some(host_time) = present.clock.host_time(reading.sensor_time) else { return };
@@ -282,6 +283,7 @@ impl<P: Publish> Published<P> {
         self.pose.time_ns = step.time.as_nanos();
         self.pose.validity |= Validity::TIME.bits();
         self.pose.arrival_time_ns = when.arrival.as_nanos();
+        self.pose.ring_time_ns = when.in_ring.as_nanos();
         self.pose.step_start_time_ns = when.started.as_nanos();
         self.pose.step_end_time_ns = HostTime::now().as_nanos();
         self.pose.unix_offset_ns = unix_offset_ns;

@@ -120,6 +120,7 @@ pub fn pose(sequence: u64) -> Pose {
         sensor_time_ns: 1,
         time_ns: 1,
         arrival_time_ns: 1,
+        ring_time_ns: 1,
         step_start_time_ns: 1,
         step_end_time_ns: 1,
         published_time_ns: 0,

@@ -54,7 +54,7 @@ use kinematics::{Earth, Mover, Seat};
 use machines::Machines;
 use pace::{Due, Pace};
 use random::Stream;
-use sensor::{SensorUnit, Stimulus};
+use sensor::{Measured, SensorUnit, Stimulus};
 use transport::{NOMINAL_RATE_HZ, Schedule, Slot};
 
 /// Why a synthetic camera cannot be made.
@@ -82,8 +82,10 @@ pub struct SyntheticDriver {
     clock: SensorClock,
     /// When the source ends, s; infinite if never.
     end_s: f64,
-    /// The next sample, not yet taken.
+    /// The next sample, not yet delivered.
     next: Slot,
+    /// What the next sample reads, and when the one after it comes, once that is worked out.
+    ahead: Option<(Measured, Slot)>,
     dropped: u64,
 }
 
@@ -173,6 +175,7 @@ impl SyntheticDriver {
             },
             sensors,
             next: schedule.next_slot(),
+            ahead: None,
             schedule,
             pace: Pace::new(synthetic.speed),
             clock,
@@ -201,11 +204,18 @@ impl SyntheticDriver {
         self.next.time_s >= self.end_s
     }
 
-    /// Takes the next sample and delivers it, unless it is lost.
+    /// Works out the next sample, which costs more than a step of the filter: a camera has done so
+    /// before the sample arrives.
+    fn look_ahead(&mut self) -> (Measured, Slot) {
+        let measured = self.sensors.measure(&self.world.stimulus(self.next.time_s));
+        (measured, self.schedule.next_slot())
+    }
+
+    /// Delivers the next sample, unless it is lost.
     fn deliver(&mut self, due: Due, sink: &mut dyn Sink) {
-        let slot = std::mem::replace(&mut self.next, self.schedule.next_slot());
         // A lost sample was taken all the same: its noise is drawn, the bias walks on.
-        let measured = self.sensors.measure(&self.world.stimulus(slot.time_s));
+        let (measured, after) = self.ahead.take().unwrap_or_else(|| self.look_ahead());
+        let slot = std::mem::replace(&mut self.next, after);
         if slot.lost {
             self.dropped += 1;
             return;
@@ -242,6 +252,9 @@ impl Driver for SyntheticDriver {
     fn poll(&mut self, timeout: Duration, sink: &mut dyn Sink) -> SourceState {
         if self.has_ended() {
             return SourceState::Ended;
+        }
+        if self.ahead.is_none() {
+            self.ahead = Some(self.look_ahead());
         }
         let due = self.pace.wait(self.next.due_s, timeout);
         // Delivered or dropped; what is left over is still due in the next poll.
