@@ -1,22 +1,43 @@
-//! Latency from a sample's arrival to a consumer, stage by stage: see `lodestone_benches::latency`.
+//! Latency from a sample's arrival to a consumer, stage by stage, beside peers: see
+//! `lodestone_benches::latency`.
 //!
 //! `cargo bench -p lodestone-benches --bench latency [-- --rounds 3 --seconds 1]`
 
 use std::error::Error;
+use std::fs;
+use std::path::PathBuf;
 
 use clap::Parser;
+use lodestone_benches::latency::plan::Plan;
+use lodestone_benches::latency::report::{Summary, markdown, page, text};
 use lodestone_benches::latency::role::{Role, play};
-use lodestone_benches::latency::{rounds, table};
+use lodestone_benches::latency::subject::Subject;
 
-/// Measures the latency from a sample's arrival to a consumer, stage by stage.
+/// Measures the latency from a sample's arrival to a consumer, stage by stage, beside peers that carry the
+/// same number of bytes at the same rate.
 #[derive(Parser)]
 struct Args {
-    /// Rounds; each runs every subject once.
-    #[arg(long, default_value_t = 3)]
-    rounds: usize,
+    /// Rounds; each runs every subject once, in an order drawn anew.
+    #[arg(long, default_value_t = 7, value_parser = clap::value_parser!(u64).range(1..))]
+    rounds: u64,
     /// Seconds each subject is measured in a round.
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 3.0, value_parser = seconds)]
     seconds: f64,
+    /// Seed of the order.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Only this subject; may be given several times.
+    #[arg(long, value_enum, value_name = "SUBJECT")]
+    only: Vec<Subject>,
+    /// Write all figures as JSON.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write a page with curves of percentiles.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    /// Print the tables of the README instead of the whole report.
+    #[arg(long)]
+    markdown: bool,
     /// Given by `cargo bench`; without it (as in `cargo test`) nothing is measured.
     #[arg(long, hide = true)]
     bench: bool,
@@ -34,11 +55,20 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("skipped: latencies are measured by cargo bench");
         return Ok(());
     }
-    let mut seen = Vec::new();
-    for round in 1..=args.rounds {
-        eprintln!("round {round} of {}", args.rounds);
-        seen.extend(rounds::round(args.seconds)?);
+    let rounds = usize::try_from(args.rounds)?;
+    let plan = Plan { rounds, seconds: args.seconds, seed: args.seed, only: args.only };
+    let summary = Summary::of(&plan, &plan.run()?);
+    if let Some(file) = &args.json {
+        fs::write(file, serde_json::to_string_pretty(&summary)? + "\n")?;
     }
-    table::print(&seen);
+    if let Some(file) = &args.html {
+        fs::write(file, page(&summary))?;
+    }
+    println!("{}", if args.markdown { markdown(&summary) } else { text(&summary) });
     Ok(())
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|s: &f64| (0.2..=3600.0).contains(s));
+    number.ok_or_else(|| "allowed: 0.2 to 3600".into())
 }

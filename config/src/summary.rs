@@ -132,6 +132,7 @@ fn describe_lane(lane: &Lane) -> String {
     let threads = match lane.threads {
         Threads::One => "one thread",
         Threads::Two => "two threads",
+        Threads::Timed => "two threads, the second on time",
     };
     format!(
         "{rate}, {threads}, bridges {} s, stale after {} s, new start after {} s",

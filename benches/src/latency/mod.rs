@@ -1,18 +1,29 @@
-//! From a sample's arrival to a consumer's eyes, by the stamps in the poses.
+//! From a sample's arrival to a consumer's eyes, beside peers that carry the same number of bytes at
+//! the same rate, in one run.
 //!
 //! ```text
-//! daemon process                                            consumer process
-//! arrival ─> step start ─> step end ─> published ═════════> seen
-//!     ring, wake-up     filter     message        shared memory
+//! harness ─ round ─ subject ─┬─ daemon or peer's publisher   process, first cores
+//!    │                       └─ consumer                     process, last core
+//!    └─ sentinel             first core
 //! ```
 //!
-//! The daemon is `lodestoned` itself with one synthetic camera at 400 Hz. Two consumers in
-//! processes of their own look on, one after the other: one polls without pause, one sleeps in
-//! [`PoseStream::wait`](lodestone_client::PoseStream::wait). The peer is a plain iceoryx2
-//! publisher of the same message at the same rate, without a lane, and a polling subscriber.
+//! Each round runs every [`subject`] once, in an order that is drawn anew; figures are medians over the
+//! rounds, with their smallest and largest. Every part is a process of its own, this program started
+//! again in a [`role`]. A sample whose way crossed a gap, which the sentinel or the consumer noted, is
+//! counted and kept apart ([`lodestone_client::latency`]).
 
-pub mod peer;
+pub mod configuration;
+pub mod cores;
+pub mod cpu_time;
+pub mod part;
+pub mod payload;
+pub mod peers;
+pub mod plan;
+pub mod report;
 pub mod role;
-pub mod rounds;
-pub mod stages;
-pub mod table;
+pub mod round;
+pub mod seqlock;
+pub mod step_alone;
+pub mod subject;
+pub mod target;
+pub mod told;

@@ -1,22 +1,26 @@
-//! What each process of the harness does. A process can enter one domain only, so the harness
-//! starts itself again for every part.
+//! What each process of the harness does. A process can enter one domain only, so the harness starts
+//! itself again for every part.
+
+mod consumer;
+mod fan_out;
+mod served;
 
 use std::error::Error;
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use clap::Subcommand;
-use lodestone_client::{Client, PoseStream, monotonic_now_ns};
+use lodestone_client::Client;
 use lodestone_daemon::cli::{Cli, Command, RunArgs};
 use lodestone_daemon::commands::execute;
 use lodestone_schema::transport::Domain;
-use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
-use super::peer;
-use super::stages::Stages;
+use super::cores::Side;
+use super::peers::{self, Peer, Place};
+use super::step_alone;
 
-/// Name of the harness's camera.
-pub const CAMERA: &str = "bench";
+pub(super) use consumer::BREATH;
+pub(super) use fan_out::figure as fan_out_figure;
 
 /// One process's part.
 #[derive(Debug, Subcommand)]
@@ -27,19 +31,56 @@ pub enum Role {
         config: PathBuf,
         /// Seconds until it stops.
         seconds: f64,
+        /// On all processors.
+        #[arg(long)]
+        anywhere: bool,
     },
-    /// Takes poses as soon as they are there, without ever sleeping.
+    /// Takes the first camera's poses as soon as they are there.
     Poll(Watch),
-    /// Takes poses by `PoseStream::wait`.
+    /// Takes them by `PoseStream::wait`.
     Wait(Watch),
-    /// Publishes poses by plain iceoryx2 at 400 Hz.
-    PeerPublisher(Watch),
-    /// Takes the peer's poses without ever sleeping.
-    PeerSubscriber(Watch),
+    /// Sleeps until an event says that there is one.
+    Event(Watch),
+    /// Takes the poses of many cameras now and then, and counts what is lost on the way.
+    Served {
+        /// How many cameras.
+        cameras: usize,
+        /// Where and how long.
+        #[command(flatten)]
+        watch: Watch,
+    },
+    /// Publishes a peer's messages at 400 Hz.
+    Publish {
+        /// Which.
+        #[arg(value_enum)]
+        peer: Peer,
+        /// Wakes who sleeps.
+        #[arg(long)]
+        wakes: bool,
+        /// Where and how long.
+        #[command(flatten)]
+        watch: Watch,
+    },
+    /// Takes a peer's messages.
+    Subscribe {
+        /// Which.
+        #[arg(value_enum)]
+        peer: Peer,
+        /// Sleeps until there is one, instead of polling.
+        #[arg(long)]
+        blocks: bool,
+        /// Where and how long.
+        #[command(flatten)]
+        watch: Watch,
+    },
+    /// One filter step at 400 Hz.
+    Step(Watch),
+    /// Publishes poses in a tight loop to nobody and to 16 subscribers.
+    FanOut(Watch),
 }
 
 /// Where to look and for how long.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct Watch {
     /// The domain's prefix.
     pub prefix: String,
@@ -57,29 +98,17 @@ impl Watch {
         Domain { prefix: self.prefix.clone(), root: self.root.clone() }
     }
 
-    /// Takes poses by `next` for as long as is asked and writes the stages of those that count to
-    /// the standard output. `next` gives a pose with the time at which it was seen.
+    /// Where a peer's ends meet.
+    pub fn place(&self) -> Place {
+        Place { domain: self.domain() }
+    }
+
+    /// A client in the domain.
     ///
     /// # Errors
-    /// What `next` says.
-    pub fn report(
-        &self,
-        mut next: impl FnMut() -> Result<Option<Stages>, Box<dyn Error>>,
-    ) -> Result<(), Box<dyn Error>> {
-        let begin = Instant::now();
-        let settled = Duration::from_secs_f64(self.settle_s);
-        let end = settled + Duration::from_secs_f64(self.measure_s);
-        let mut seen = Vec::with_capacity((self.measure_s * 1000.0) as usize);
-        while begin.elapsed() < end {
-            if let Some(stages) = next()?
-                && begin.elapsed() > settled
-            {
-                seen.push(stages);
-            }
-        }
-        let lines: Vec<String> = seen.iter().map(ToString::to_string).collect();
-        println!("{}", lines.join("\n"));
-        Ok(())
+    /// If there is none to be had.
+    pub fn client(&self) -> Result<Client, Box<dyn Error>> {
+        Ok(Client::builder().prefix(&self.prefix).root(&self.root).connect()?)
     }
 }
 
@@ -88,63 +117,36 @@ impl Watch {
 /// # Errors
 /// Whatever went wrong, for a person.
 pub fn play(role: &Role) -> Result<(), Box<dyn Error>> {
-    let publishes = matches!(role, Role::Daemon { .. } | Role::PeerPublisher(_));
-    keep_apart(publishes)?;
+    role.side().enter()?;
     match role {
-        Role::Daemon { config, seconds } => daemon(config.clone(), *seconds),
-        Role::Poll(watch) => poll(watch),
-        Role::Wait(watch) => wait(watch),
-        Role::PeerPublisher(watch) => peer::publish(watch),
-        Role::PeerSubscriber(watch) => peer::subscribe(watch),
+        Role::Daemon { config, seconds, .. } => daemon(config.clone(), *seconds),
+        Role::Poll(watch) => consumer::poll(watch),
+        Role::Wait(watch) => consumer::wait(watch),
+        Role::Event(watch) => consumer::event(watch),
+        Role::Served { cameras, watch } => served::run(watch, *cameras),
+        Role::Publish { peer, wakes, watch } => peers::publish(*peer, watch, *wakes),
+        Role::Subscribe { peer, blocks, watch } => peers::subscribe(*peer, watch, *blocks),
+        Role::Step(watch) => step_alone::run(watch),
+        Role::FanOut(watch) => fan_out::run(watch),
     }
 }
 
-/// The consumer has the last processor for itself, publishers all others: otherwise a publisher that
-/// wakes up would push the polling consumer aside, and the scheduler would be measured.
-fn keep_apart(publishes: bool) -> Result<(), Box<dyn Error>> {
-    let allowed = sched_getaffinity(None)?;
-    let mut processors: Vec<usize> =
-        (0..CpuSet::MAX_CPU).filter(|cpu| allowed.is_set(*cpu)).collect();
-    if processors.len() < 2 {
-        return Ok(());
+impl Role {
+    const fn side(&self) -> Side {
+        match self {
+            Self::Daemon { anywhere: true, .. } | Self::Served { .. } => Side::Both,
+            Self::Daemon { .. } | Self::Publish { .. } | Self::Step(_) | Self::FanOut(_) => {
+                Side::Publisher
+            }
+            Self::Poll(_) | Self::Wait(_) | Self::Event(_) | Self::Subscribe { .. } => {
+                Side::Consumer
+            }
+        }
     }
-    let last = processors.split_off(processors.len() - 1);
-    let mut own = CpuSet::new();
-    for cpu in if publishes { processors } else { last } {
-        own.set(cpu);
-    }
-    Ok(sched_setaffinity(None, &own)?)
 }
 
 fn daemon(config: PathBuf, seconds: f64) -> Result<(), Box<dyn Error>> {
     let run = RunArgs { duration: Some(Duration::from_secs_f64(seconds)) };
     let log = Some("warn".to_owned());
     Ok(execute(&Cli { config: Some(config), log, command: Some(Command::Run(run)) })?)
-}
-
-fn poses(watch: &Watch) -> Result<PoseStream, Box<dyn Error>> {
-    let client = Client::builder().prefix(&watch.prefix).root(&watch.root).connect()?;
-    Ok(client.poses(CAMERA)?)
-}
-
-fn poll(watch: &Watch) -> Result<(), Box<dyn Error>> {
-    let mut poses = poses(watch)?;
-    watch.report(|| {
-        // Of several at once only the newest was seen in time.
-        let newest =
-            poses.all().into_iter().last().map(|p| Stages::of(p.message(), monotonic_now_ns()));
-        if newest.is_none() {
-            std::hint::spin_loop();
-        }
-        Ok(newest)
-    })
-}
-
-fn wait(watch: &Watch) -> Result<(), Box<dyn Error>> {
-    let mut poses = poses(watch)?;
-    watch.report(|| {
-        // Before the daemon is up there is nothing to wait for.
-        let newest = poses.wait(Duration::from_millis(100)).ok();
-        Ok(newest.map(|p| Stages::of(p.message(), monotonic_now_ns())))
-    })
 }

@@ -1,9 +1,9 @@
 //! What was seen, and what was left out, and why.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Counts of poses.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counted {
     /// In the histograms of all.
     pub measured: u64,

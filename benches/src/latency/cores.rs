@@ -1,0 +1,53 @@
+//! Which part of the harness runs where.
+
+use std::io;
+
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+
+/// The processors this process may use.
+///
+/// # Errors
+/// Whatever the system says.
+pub fn allowed() -> io::Result<Vec<usize>> {
+    let set = sched_getaffinity(None)?;
+    Ok((0..CpuSet::MAX_CPU).filter(|cpu| set.is_set(*cpu)).collect())
+}
+
+/// The side of a part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Whoever publishes has the first processor.
+    Publisher,
+    /// The consumer has the last one for itself: otherwise a publisher that wakes up would push a polling
+    /// consumer aside, and the scheduler would be measured.
+    Consumer,
+    /// Any.
+    Both,
+}
+
+impl Side {
+    /// Its processor; `None` where any will do, or where there is only one.
+    ///
+    /// # Errors
+    /// Whatever the system says.
+    pub fn processor(self) -> io::Result<Option<usize>> {
+        let allowed = allowed()?;
+        Ok(match self {
+            _ if allowed.len() < 2 => None,
+            Self::Publisher => allowed.first().copied(),
+            Self::Consumer => allowed.last().copied(),
+            Self::Both => None,
+        })
+    }
+
+    /// Keeps the calling thread, and those that it starts, on its processor.
+    ///
+    /// # Errors
+    /// Whatever the system says.
+    pub fn enter(self) -> io::Result<()> {
+        let Some(processor) = self.processor()? else { return Ok(()) };
+        let mut own = CpuSet::new();
+        own.set(processor);
+        Ok(sched_setaffinity(None, &own)?)
+    }
+}

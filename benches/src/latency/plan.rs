@@ -1,0 +1,84 @@
+//! Rounds: every subject once, in an order that is drawn anew.
+
+use std::error::Error;
+use std::time::Duration;
+
+use clap::ValueEnum;
+use lodestone_client::latency::Sentinel;
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
+use super::cores::Side;
+use super::round::{Outcome, run};
+use super::subject::Subject;
+
+/// What keeps the publisher's processor from the sentinel for longer is a gap.
+const GAP_THRESHOLD: Duration = Duration::from_micros(50);
+
+/// What is run.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Rounds.
+    pub rounds: usize,
+    /// Seconds each subject is measured in a round.
+    pub seconds: f64,
+    /// Of the order.
+    pub seed: u64,
+    /// What is measured; everything if empty.
+    pub only: Vec<Subject>,
+}
+
+impl Plan {
+    /// The subjects.
+    pub fn subjects(&self) -> Vec<Subject> {
+        let all = Subject::value_variants().iter().copied();
+        all.filter(|subject| self.only.is_empty() || self.only.contains(subject)).collect()
+    }
+
+    /// The subjects of one round in its order.
+    fn order(&self, round: usize) -> Vec<Subject> {
+        let mut subjects = self.subjects();
+        let mut drawn = ChaCha8Rng::seed_from_u64(self.seed);
+        drawn.set_stream(round as u64);
+        subjects.shuffle(&mut drawn);
+        subjects
+    }
+
+    /// Runs all rounds; says on standard error what it does.
+    ///
+    /// # Errors
+    /// The first subject that failed.
+    pub fn run(&self) -> Result<Vec<Outcome>, Box<dyn Error>> {
+        let sentinel = Side::Publisher.processor()?.map(|cpu| Sentinel::start(cpu, GAP_THRESHOLD));
+        let sentinel = sentinel.transpose()?;
+        let mut outcomes = Vec::new();
+        for round in 1..=self.rounds {
+            for subject in self.order(round) {
+                eprintln!("round {round} of {}: {}", self.rounds, subject.name());
+                let outcome = run(subject, self.seconds, sentinel.as_ref());
+                outcomes.push(outcome.map_err(|e| format!("{}: {e}", subject.key()))?);
+            }
+        }
+        Ok(outcomes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_round_has_every_subject_once_in_an_order_of_its_own() {
+        let plan = Plan { rounds: 2, seconds: 1.0, seed: 7, only: Vec::new() };
+        let (first, second) = (plan.order(1), plan.order(2));
+        assert_ne!(first, second);
+        assert_eq!(first, plan.order(1), "the seed tells");
+        for subject in Subject::value_variants() {
+            assert_eq!(first.iter().filter(|s| *s == subject).count(), 1, "{}", subject.key());
+            assert!(second.contains(subject));
+        }
+        let chosen = Plan { only: vec![Subject::Step], ..plan };
+        assert_eq!(chosen.order(1), [Subject::Step]);
+    }
+}

@@ -1,0 +1,65 @@
+//! A lane's core on readings made beforehand, at the rate of a camera and with nothing around it: one
+//! filter step as it costs when the processor has slept in between.
+
+use std::error::Error;
+use std::hint::black_box;
+
+use lodestone_client::latency::{Sighting, Stamps};
+use lodestone_client::monotonic_now_ns;
+use lodestone_config::model::TrajectoryKind;
+use lodestone_daemon::lane::Core;
+use rustix::thread::clock_nanosleep_absolute;
+use rustix::time::{ClockId, Timespec};
+
+use super::role::Watch;
+use super::told::Told;
+use crate::readings::Load;
+
+const STEP_NS: i64 = 2_500_000;
+const SECOND_NS: i64 = 1_000_000_000;
+/// Readings until the filter is aligned and the camera walks.
+const BEFORE: usize = 2400;
+
+/// Takes a reading every 2.5 ms and tells how long each took.
+///
+/// # Errors
+/// If there is no synthetic world, or it cannot be told.
+pub fn run(watch: &Watch) -> Result<(), Box<dyn Error>> {
+    let paced = ((watch.settle_s + watch.measure_s) * SECOND_NS as f64) as i64 / STEP_NS;
+    let count = BEFORE + usize::try_from(paced)?;
+    let load = Load::synthetic(TrajectoryKind::Walk, count)?;
+    let mut core = Core::new(&load.settings);
+    let (before, rest) = load.readings.split_at(BEFORE);
+    for reading in before {
+        core.take(reading, |_| {});
+    }
+    let mut told = Told::of(1);
+    let mut due_ns = monotonic_now_ns();
+    let begin_ns = due_ns + (watch.settle_s * SECOND_NS as f64) as i64;
+    for reading in rest {
+        due_ns += STEP_NS;
+        let due = Timespec { tv_sec: due_ns / SECOND_NS, tv_nsec: due_ns % SECOND_NS };
+        clock_nanosleep_absolute(ClockId::Monotonic, &due)?;
+        let start_ns = monotonic_now_ns();
+        core.take(black_box(reading), |step| {
+            black_box(step);
+        });
+        let end_ns = monotonic_now_ns();
+        if start_ns >= begin_ns {
+            told.see(0, &Sighting { stamps: stamps(start_ns, end_ns), in_one_look: 1 });
+        }
+    }
+    told.tell()
+}
+
+/// A way that is a step and nothing else.
+const fn stamps(start_ns: i64, end_ns: i64) -> Stamps {
+    Stamps {
+        arrival_ns: start_ns,
+        ring_ns: start_ns,
+        step_start_ns: start_ns,
+        step_end_ns: end_ns,
+        published_ns: end_ns,
+        seen_ns: end_ns,
+    }
+}
