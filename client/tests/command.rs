@@ -285,6 +285,47 @@ fn watch_without_a_terminal_prints_plain_lines() {
 }
 
 #[test]
+fn bench_measures_a_running_daemon_and_writes_a_page() {
+    let domain = TestDomain::named("bench");
+    let _publisher = running(&domain, "front");
+    let page = std::env::temp_dir().join(format!("{}bench.html", domain.prefix));
+    let path = page.to_string_lossy();
+    let args = ["bench", "front", "--duration", "1", "--warm-up", "0.2", "--json", "--html", &path];
+    let ended = output(&domain, &args);
+    let report = &json_lines(&ended)[0];
+    let camera = &report["cameras"][0];
+    assert_eq!(camera["camera"], "front");
+    let measured = camera["counted"]["measured"].as_u64().expect("a count");
+    assert!(measured > 10, "{report}");
+    let whole = &camera["all"]["arrival_to_seen"];
+    assert_eq!(whole["count"], measured);
+    assert!(whole["p50_ns"].as_u64() <= whole["max_ns"].as_u64() && whole["p50_ns"].is_u64());
+    assert_eq!(whole["p99_99_ns"], Value::Null, "so few samples cannot tell");
+    assert_eq!(camera["all"]["published_to_seen"]["count"], measured);
+    let without = camera["without_gaps"]["arrival_to_seen"]["count"].as_u64();
+    assert_eq!(without, measured.checked_sub(camera["counted"]["across_gaps"].as_u64().unwrap()));
+    // The stand-in for a daemon has no lanes that could be pinned.
+    let warnings = report["warnings"].to_string();
+    assert!(warnings.contains("scheduled is unknown"), "{warnings}");
+    let markup = fs::read_to_string(&page).expect("the page");
+    assert!(markup.contains("<svg") && markup.contains("<h2>front</h2>"));
+    fs::remove_file(&page).expect("removes");
+}
+
+#[test]
+fn bench_refuses_a_processor_that_is_not_there_and_says_when_no_pose_came() {
+    let domain = TestDomain::named("benchno");
+    let mut publisher = Publisher::start(&domain, "front", 16);
+    let ended = output(&domain, &["bench", "--cpu", "1000000"]);
+    assert_eq!(ended.status.code(), Some(2));
+    assert!(stderr(&ended).contains("--cpu: allowed: "), "{}", stderr(&ended));
+    publisher.burst(3);
+    let ended = output(&domain, &["bench", "front", "--duration", "0.2", "--warm-up", "0"]);
+    assert_eq!(ended.status.code(), Some(1));
+    assert!(stderr(&ended).contains("no pose came"), "{}", stderr(&ended));
+}
+
+#[test]
 fn a_signal_ends_the_wait_for_a_daemon() {
     let domain = TestDomain::named("impatient");
     let mut command = lodestone(&domain, &["watch", "--wait", "600"]);
