@@ -94,7 +94,7 @@ impl Motion {
         let origin_m = placed(&pose)?.origin();
         let first = first_ns.clamp(-MOST_OFFSET_NS, MOST_OFFSET_NS);
         let span = last_ns.clamp(first, MOST_OFFSET_NS) - first;
-        let steps = span.unsigned_abs().div_ceil(KNOT_STEP_NS.unsigned_abs()).max(1) as i64;
+        let steps = ((span + KNOT_STEP_NS - 1) / KNOT_STEP_NS).max(1);
         let mut knots = Vec::with_capacity(steps as usize + 1);
         for step in 0..=steps {
             let found = at(first + span * step / steps)?;

@@ -29,7 +29,7 @@ impl CellKey {
     /// The cell.
     pub(super) fn cell(self) -> [i64; 3] {
         let mask = (1 << AXIS_BITS) - 1;
-        [0, 1, 2].map(|axis| ((self.0 >> (axis * AXIS_BITS)) & mask) as i64 - HALF)
+        [0, 1, 2].map(|axis| ((self.0 >> (axis * AXIS_BITS)) & mask).cast_signed() - HALF)
     }
 
     /// A hash whose upper bits are as good as its lower ones: both halves of a 128-bit product, folded.

@@ -161,6 +161,7 @@ pub struct CloudMerger {
 
 impl CloudMerger {
     /// The next cloud that is there with its poses, placed in the world; `None` if none is. Cameras take turns.
+    #[allow(clippy::should_implement_trait, reason = "None now may be followed by a cloud later")]
     pub fn next(&mut self) -> Option<PlacedCloud> {
         let count = self.feeds.len();
         (0..count).find_map(|_| {

@@ -130,7 +130,7 @@ mod tests {
             let mut expected: HashMap<u32, u32> = HashMap::new();
             for (insert, slot, hash) in orders {
                 // Homes at both ends of the table, so that runs wrap around.
-                let hash = hash.wrapping_sub(1) << 30 | slot % 3;
+                let hash = (hash.wrapping_sub(1) << 30) | (slot % 3);
                 if insert {
                     expected.entry(slot).or_insert_with(|| {
                         table.insert(hash, slot);

@@ -79,8 +79,8 @@ fn a_full_map_forgets_what_was_not_seen_for_longest() {
         map.insert(&placed(0, time_ns + S, here, &spots(15.0)[..8]));
     }
     // Then only the first was thinned out
-    let is_known = |from: f32, i: usize| {
-        map.at(DVec3::new(1.05, 0.05, f64::from(from) + 0.1 * i as f64 + 0.05)).is_some()
+    let is_known = |from: f32, i: i32| {
+        map.at(DVec3::new(1.05, 0.05, f64::from(from) + 0.1 * f64::from(i) + 0.05)).is_some()
     };
     assert_eq!(map.counts().evicted, 8);
     assert!((0..32).all(|i| is_known(10.0, i)));
@@ -134,7 +134,7 @@ proptest! {
         let found: DVec3 = map.voxels().map(|v| v.position_m * f64::from(v.points)).sum();
         let count: u32 = map.voxels().map(|v| v.points).sum();
         prop_assert_eq!(count as usize, cloud.points().len());
-        prop_assert!(found.abs_diff_eq(expected, 1e-5 * count as f64), "{} {}", found, expected);
+        prop_assert!(found.abs_diff_eq(expected, 1e-5 * f64::from(count)), "{} {}", found, expected);
         // Then each point has a voxel no further off than its diagonal
         for place in cloud.positions_m() {
             let near = map.voxels().any(|v| v.position_m.distance(place) <= voxel_m * 1.7321 + 1e-5);
