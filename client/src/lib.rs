@@ -50,6 +50,7 @@ mod cloud;
 mod connection;
 mod covariance;
 mod error;
+mod export;
 mod frame;
 mod health;
 mod history;
@@ -82,6 +83,7 @@ pub use cloud::{
 pub use error::{
     AidingError, CameraNameError, ConnectError, LookupError, MessageError, NotValid, StreamError,
 };
+pub use export::{ExportError, ExportFilter, ExportPoint, export_points, write_pcd, write_ply};
 pub use frame::{Body, Frame, Optical, Rotation, World};
 pub use health::LaneHealth;
 pub use history::History;
