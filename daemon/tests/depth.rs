@@ -190,7 +190,8 @@ fn clouds_lie_on_the_scene_and_outlive_the_daemon() {
         source.signal(Signal::TERM);
         assert_eq!(source.ended(), Some(0));
         let said = std::fs::read_to_string(&log).unwrap();
-        assert!(said.contains("clouds published") && said.contains("waiting for"), "{said}");
+        assert_eq!(said.matches("the camera's truth is there").count(), 2, "{said}");
+        assert!(said.contains("clouds published"), "{said}");
         daemon.signal(Signal::TERM);
         assert_eq!(daemon.ended(), Some(0));
     });

@@ -151,7 +151,8 @@ impl Source {
                 self.tally.published += 1;
                 self.was_refused = false;
                 if let Some((since, _)) = self.silent.take() {
-                    info!("{}: truth after {:.1} s", self.name, since.elapsed().as_secs_f64());
+                    let waited_s = since.elapsed().as_secs_f64();
+                    info!("{}: the camera's truth is there, after {waited_s:.1} s", self.name);
                 }
             }
             Exposed::Refused(error) => {
