@@ -222,10 +222,16 @@ pub(crate) fn follow(state: &mut State, pending: &mut Pending, noise: &ProcessNo
     let by_tilt = so3::skew(-gained);
     p.shear_alike([VELOCITY, LEAKY_VELOCITY], [(by_tilt, ORIENTATION), (-turned, ACCEL_BIAS)]);
     p.shear(ORIENTATION, -turned, GYRO_BIAS);
-    p.scale(LEAKY_VELOCITY.0, 3, 1.0 - noise.leak_rate * span_s);
+    let kept = 1.0 - noise.leak_rate * span_s;
+    p.scale(LEAKY_VELOCITY.0, 3, kept);
+    if let Some(tie) = &mut state.tie {
+        tie.shares.follow(moved_s, (by_tilt, turned), kept);
+    }
 
     let by_turning = noise.gyro_scale * turn_rad + noise.gyro_aliasing * rate_change;
-    p.add_variances(ORIENTATION, DVec3::splat(noise.gyro * span_s + by_turning));
+    let by_noise = noise.gyro * span_s + by_turning;
+    state.drift.pass(p, by_noise, (span_s, moved_s));
+    p.add_variances(ORIENTATION, DVec3::splat(by_noise));
     let velocity = DVec3::splat(noise.accel * span_s + noise.accel_aliasing * force_change);
     p.add_variances(VELOCITY, velocity);
     p.add_variances(LEAKY_VELOCITY, velocity);

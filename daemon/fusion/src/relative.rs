@@ -31,6 +31,10 @@ use crate::estimator::place::is_position_known;
 use crate::frame::{Body, Rotation, Vehicle, World};
 use crate::so3;
 
+mod tied;
+
+pub use tied::{Apart, Tied, relative_by};
+
 #[cfg(test)]
 mod tests;
 

@@ -51,6 +51,7 @@ impl Point {
                 lever_m,
                 orientation,
                 orientation_covariance,
+                anchor,
             } => {
                 let turn = orientation.quaternion() * self.rotation.quaternion().conjugate();
                 Measurement::Pose {
@@ -59,6 +60,7 @@ impl Point {
                     lever_m: lever(lever_m),
                     orientation: Rotation::from_unit(turn),
                     orientation_covariance,
+                    anchor,
                 }
             }
         }
