@@ -298,7 +298,7 @@ impl Aiding {
             orientation.apply(state, verdict);
             return Ok(());
         };
-        let adopted = AnchoredPose::new(state, &pose.seen, pose.covariances, anchor);
+        let adopted = AnchoredPose::new(&pose.seen, pose.covariances, anchor);
         let adopted = adopted.ok_or(AidRefusal::Invalid)?;
         if verdict == Verdict::Reopen {
             position.doubt(state);

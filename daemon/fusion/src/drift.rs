@@ -8,14 +8,15 @@
 //!   Minkowski's inequality `σ(∫ x dt) ≤ ∫ σ(x) dt`, so their standard deviations are integrated;
 //! - corrections by its own measurements, which the other one does not make. An innovation is white, so
 //!   their squares add up; on average a correction's square is what the covariance loses by it
-//!   (`K S Kᵀ = P⁻ − P⁺`, Bar-Shalom, Li, Kirubarajan 2001, ch. 5.2).
+//!   (`K S Kᵀ = P⁻ − P⁺`, Bar-Shalom, Li, Kirubarajan 2001, ch. 5.2). What they came to is known, and a
+//!   camera that is tied to this one makes them too ([`crate::Estimator::follow`]).
 //!
 //! All are kept as sums since the filter began, which never decrease: the difference of two readings
 //! is the drift in between.
 
 use glam::DVec3;
 
-use crate::covariance::{Covariance, GYRO_BIAS, ORIENTATION, POSITION, Row, VELOCITY};
+use crate::covariance::{Block, Covariance, GYRO_BIAS, ORIENTATION, POSITION, Row, VELOCITY};
 use crate::time::SensorTime;
 
 /// Sums since a filter began. Two of them compare if `began` is the same.
@@ -33,6 +34,10 @@ pub struct Drift {
     pub turned_rad2: DVec3,
     /// Squares of the corrections of the position along the world's axes, m².
     pub shifted_m2: DVec3,
+    /// What the corrections of the orientation came to, rad.
+    pub turned_rad: DVec3,
+    /// What the corrections of the position came to, m.
+    pub shifted_m: DVec3,
 }
 
 /// Variances by which two instants differ, about and along the world's axes.
@@ -54,6 +59,8 @@ impl Drift {
             way_m: 0.0,
             turned_rad2: DVec3::ZERO,
             shifted_m2: DVec3::ZERO,
+            turned_rad: DVec3::ZERO,
+            shifted_m: DVec3::ZERO,
         }
     }
 
@@ -70,12 +77,28 @@ impl Drift {
 
     /// The state is corrected by an error.
     pub(crate) fn correct(&mut self, error: &Row) {
-        let square = |first: usize| {
-            let part = DVec3::new(error[first], error[first + 1], error[first + 2]);
-            part * part
-        };
-        self.turned_rad2 += square(ORIENTATION.0);
-        self.shifted_m2 += square(POSITION.0);
+        let part = |b: Block| DVec3::new(error[b.0], error[b.0 + 1], error[b.0 + 2]);
+        let (turned, shifted) = (part(ORIENTATION), part(POSITION));
+        self.turned_rad += turned;
+        self.turned_rad2 += turned * turned;
+        self.shifted_m += shifted;
+        self.shifted_m2 += shifted * shifted;
+    }
+
+    /// The corrections since an earlier reading, of orientation, rad, and position, m.
+    pub(crate) fn corrections_since(&self, earlier: &Self) -> [DVec3; 2] {
+        [self.turned_rad - earlier.turned_rad, self.shifted_m - earlier.shifted_m]
+    }
+
+    /// An earlier reading with the corrections up to this one: they were made up for.
+    pub(crate) const fn corrected_as(&self, now: &Self) -> Self {
+        Self {
+            turned_rad: now.turned_rad,
+            turned_rad2: now.turned_rad2,
+            shifted_m: now.shifted_m,
+            shifted_m2: now.shifted_m2,
+            ..*self
+        }
     }
 
     /// What lies between an earlier reading and this one; `None` if they do not compare.

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use crate::aid_status::AidKind;
-use crate::aiding::{Aid, AidRefusal, AidReport, Aiding, Setting};
+use crate::aiding::{Aid, AidRefusal, AidReport, Aiding, Anchor, Setting};
 use crate::aids::Aids;
 use crate::alignment::{Alignment, Waiting};
 use crate::covariance::{DEVIATION, MOUNTING, ORIENTATION, POSITION, SPEED_SCALE, VELOCITY};
@@ -16,7 +16,7 @@ use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
 use crate::update::compass::CompassReport;
 use crate::update::gradient::Held;
-use crate::update::{Outcome, gradient};
+use crate::update::{Outcome, anchored, gradient};
 
 mod estimate;
 pub(crate) mod place;
@@ -156,6 +156,24 @@ impl Estimator {
         }
         self.settle();
         report
+    }
+
+    /// The camera that this one is held to since it was measured against it; `None` once that is long ago.
+    pub fn held_to(&self) -> Option<u16> {
+        let tie = self.state.as_ref()?.tie.as_ref()?;
+        tie.holds().then_some(tie.anchor)
+    }
+
+    /// Goes along with what the anchor, as it is now, has corrected of itself: between two measurements
+    /// against it both stay as they are to each other. Nothing happens for one that this is not held to.
+    pub fn follow(&mut self, anchor: &Anchor) {
+        if self.held_to() != Some(anchor.id) {
+            return;
+        }
+        let Some(state) = &mut self.state else { return };
+        follow(state, &mut self.pending, &self.noise);
+        anchored::follow(state, anchor);
+        self.settle();
     }
 
     /// Counts the position from another origin: gives the camera's present position there, m, with a

@@ -93,6 +93,20 @@ impl State {
         self.covariance.update_with_gain(ph, gain, s);
     }
 
+    /// Whether an anchor's error is held in common: what the camera measures for itself corrects its own part.
+    pub(crate) fn is_held(&self) -> bool {
+        self.tie.as_ref().is_some_and(Tie::holds)
+    }
+
+    /// Of `P h` what a correction may count: all of it, but of a camera that is held to its anchor only what
+    /// is its own.
+    pub(crate) fn own_part(&self, h: &Row, ph: &Row) -> Row {
+        match &self.tie {
+            Some(tie) if tie.holds() => tie.without_anchor(h, ph),
+            _ => *ph,
+        }
+    }
+
     /// From here on nothing compares with what was before: the state was put elsewhere.
     pub(crate) const fn cut(&mut self, now: SensorTime) {
         self.tie = None;

@@ -45,7 +45,13 @@ pub(crate) struct Tie {
     pub(crate) covariance: [DMat3; 2],
     /// What the anchor had drifted by then.
     pub(crate) mark: Drift,
+    /// Time since the last fix, s.
+    pub(crate) age_s: f64,
 }
+
+/// Time after the last fix in which a camera is held to its anchor, s: registrations come about once a second.
+/// Short goes astray where views overlap now and then, long keeps what an anchor did not know.
+const HELD_S: f64 = 60.0;
 
 impl Shares {
     /// Nothing in common.
@@ -67,15 +73,6 @@ impl Shares {
         for (weight, part) in gain.iter().zip(&mut self.rows) {
             if *weight != 0.0 {
                 (0..6).for_each(|k| part[k] -= weight * seen[k]);
-            }
-        }
-    }
-
-    /// `M ← M + G J`, where row j of `J` says how the j-th of six numbers hangs on the anchor's errors.
-    pub(crate) fn add(&mut self, gains: &Self, by_anchor: &[Part; 6]) {
-        for (part, gain) in self.rows.iter_mut().zip(&gains.rows) {
-            for (weight, by) in gain.iter().zip(by_anchor) {
-                (0..6).for_each(|k| part[k] += weight * by[k]);
             }
         }
     }
@@ -151,6 +148,29 @@ impl Tie {
             own -= share * *of_anchor * share.transpose();
         }
         own
+    }
+
+    /// Whether the anchor's error is considered, not corrected (Schmidt's consider states): corrected by one
+    /// camera alone, it would lead the two apart.
+    pub(crate) fn holds(&self) -> bool {
+        self.age_s < HELD_S
+    }
+
+    /// `P_own h`, given `P h`.
+    pub(crate) fn without_anchor(&self, h: &Row, ph: &Row) -> Row {
+        let seen = self.shares.seen_by(h);
+        let [turned, placed] = [0, 1].map(|which| {
+            let part = DVec3::from_slice(&seen[3 * which..3 * which + 3]);
+            self.covariance[which] * part
+        });
+        let by_anchor = self.by([turned, placed]);
+        core::array::from_fn(|i| ph[i] - by_anchor[i])
+    }
+
+    /// The state's errors by errors of the anchor's orientation and position.
+    pub(crate) fn by(&self, [turned, shifted]: [DVec3; 2]) -> Row {
+        let by = [turned.x, turned.y, turned.z, shifted.x, shifted.y, shifted.z];
+        core::array::from_fn(|i| self.shares.rows[i].iter().zip(&by).map(|(a, b)| a * b).sum())
     }
 
     /// The state learns from a scalar measurement of its own.

@@ -9,23 +9,22 @@
 //!
 //! so the residuals of [`super::fix`] are `H δ − J a − ε`. The gain counts ε alone: the pose is taken over as
 //! well as it was measured, and the two cameras fit each other, wherever in the world both are. It is not
-//! the gain of the smallest error in the world, and need not be: for any gain K, with the tie's
-//! `δ = M a + own` ([`crate::tie`]), and an anchor that has drifted by u since the last fix,
+//! the gain of the smallest error in the world, and need not be. With the tie's `δ = M a + own`
+//! ([`crate::tie`]) and an anchor that has drifted by u since the last fix, which is the follower's own error
+//! against the anchor's present one,
 //!
 //! ```text
-//! M⁺ = (I − K H) M + K J                                                              = N + K J
-//! P_own⁺ = (I − K H) P_own (I − K H)ᵀ + K R Kᵀ + N U Nᵀ,        P⁺ = P_own⁺ + M⁺ P_a M⁺ᵀ
+//! P_own ← P_own + M U Mᵀ             K = P_own Hᵀ (H P_own Hᵀ + R)⁻¹
+//! P_own⁺ = P_own − K H P_own         M⁺ = M − K (H M − J)         P⁺ = P_own⁺ + M⁺ P_a M⁺ᵀ
 //! ```
 //!
-//! The drift u is one of the anchor's error, which is taken over with it; between two fixes it looks like
-//! noise, and the gain counts it as such.
+//! Without a tie `M` is zero, and all is the camera's own.
 
 use glam::{DMat3, DVec3};
 
 use super::vector::inverse_root;
 use crate::aiding::Anchor;
 use crate::covariance::{Row, STATES};
-use crate::drift::Drifted;
 use crate::so3;
 use crate::state::State;
 use crate::tie::{Part, Shares, Tie};
@@ -35,14 +34,9 @@ use crate::tie::{Part, Shares, Tie};
 pub(crate) struct AnchoredPose {
     rows: [Row; 6],
     residual: [f64; 6],
-    /// How each number hangs on the errors of the measured position, m, and orientation, rad.
-    whitening: [Part; 6],
     /// `J`, on the anchor's orientation and position.
     by_anchor: [Part; 6],
     anchor: Anchor,
-    /// `U`, and what the gain counts of it.
-    drifted: Option<Drifted>,
-    counted: Part,
 }
 
 /// Rows of both Jacobians and both residuals of a pose, as [`super::fix`] has them.
@@ -63,34 +57,24 @@ pub(crate) fn by_anchor(anchor: &Anchor, arm_m: DVec3) -> [DMat3; 2] {
 
 impl AnchoredPose {
     /// A pose with its own covariances of position and orientation; `None` if one is none.
-    pub(crate) fn new(
-        state: &State,
-        seen: &Seen,
-        covariances: [DMat3; 2],
-        anchor: Anchor,
-    ) -> Option<Self> {
-        let tie = state.tie.as_ref().filter(|tie| tie.anchor == anchor.id);
-        let drifted = tie.and_then(|tie| anchor.drift.since(&tie.mark));
-        let counted = drifted.map_or([0.0; 6], |drifted| counted(&drifted, seen.arm_m));
+    pub(crate) fn new(seen: &Seen, covariances: [DMat3; 2], anchor: Anchor) -> Option<Self> {
         let mut pose = Self {
             rows: [[0.0; STATES]; 6],
             residual: [0.0; 6],
-            whitening: [[0.0; 6]; 6],
-            by_anchor: jacobian(seen.arm_m),
+            by_anchor: [[0.0; 6]; 6],
             anchor,
-            drifted,
-            counted,
         };
+        let by_anchor = jacobian(seen.arm_m);
         for (which, covariance) in covariances.into_iter().enumerate() {
-            let extra = DVec3::from_slice(&counted[3 * which..3 * which + 3]);
-            let whiten = inverse_root(covariance + DMat3::from_diagonal(extra))?;
+            let whiten = inverse_root(covariance)?;
             let residual = (whiten * seen.residuals[which]).to_array();
+            let by_anchor = &by_anchor[3 * which..3 * which + 3];
             for k in 0..3 {
                 let weights = whiten.row(k).to_array();
                 let at = 3 * which + k;
                 pose.rows[at] = combined(&weights, &seen.rows[which]);
+                pose.by_anchor[at] = combined(&weights, by_anchor);
                 pose.residual[at] = residual[k];
-                pose.whitening[at][3 * which..3 * which + 3].copy_from_slice(&weights);
             }
         }
         Some(pose)
@@ -98,25 +82,31 @@ impl AnchoredPose {
 
     /// Takes the pose over, and the anchor's error with it.
     pub(crate) fn apply(&self, state: &mut State) {
-        let mut left_over = Shares::NONE;
-        // The tie to another anchor, or to one that has begun anew, ends: all is the state's own.
-        if let Some(tie) = state.tie.take().filter(|_| self.drifted.is_some()) {
-            tie.put_on(&mut state.covariance, -1.0);
-            left_over = tie.shares;
-        }
-        let gains = self.correct(state, &mut left_over);
-        self.account(state, &gains, &left_over);
-        let mut shares = left_over;
-        shares.add(&gains, &self.by_anchor);
+        let mut shares = self.taken_off(state);
+        self.correct(state, &mut shares);
+        let (anchor, mark) = (self.anchor.id, self.anchor.drift);
         let covariance = [self.anchor.orientation_covariance, self.anchor.position_covariance];
-        let tie = Tie { anchor: self.anchor.id, shares, covariance, mark: self.anchor.drift };
+        let tie = Tie { anchor, shares, covariance, mark, age_s: 0.0 };
         tie.put_on(&mut state.covariance, 1.0);
         state.tie = Some(tie);
     }
 
-    /// Corrects by one number after the other; gives `K`, and lets `N` follow.
-    fn correct(&self, state: &mut State, left_over: &mut Shares) -> Shares {
-        let mut gains = Shares::NONE;
+    /// Leaves the state with what is its own against the anchor's present error; gives `M`. The tie to
+    /// another anchor, or to one that has begun anew, ends: all is the state's own.
+    fn taken_off(&self, state: &mut State) -> Shares {
+        let tie = state.tie.take().filter(|tie| tie.anchor == self.anchor.id);
+        let drifted = tie.as_ref().and_then(|tie| self.anchor.drift.since(&tie.mark));
+        let Some((tie, drifted)) = tie.zip(drifted) else { return Shares::NONE };
+        tie.put_on(&mut state.covariance, -1.0);
+        let moved = [drifted.orientation_rad2.to_array(), drifted.position_m2.to_array()];
+        for (k, variance) in moved.as_flattened().iter().enumerate() {
+            state.covariance.add_square(1.0, &tie.shares.column(k, libm::sqrt(*variance)));
+        }
+        tie.shares
+    }
+
+    /// Corrects by one number after the other, and lets `M` follow.
+    fn correct(&self, state: &mut State, shares: &mut Shares) {
         let mut correction = [0.0; STATES];
         for (k, row) in self.rows.iter().enumerate() {
             let ph = state.covariance.times(row);
@@ -124,29 +114,37 @@ impl AnchoredPose {
             let gain = ph.map(|x| x / variance);
             let left = self.residual[k] - super::dot(row, &correction);
             state.covariance.deflate(&ph, variance);
-            left_over.take(&gain, &left_over.seen_by(row));
-            let seen = gains.seen_by(row);
-            gains.take(&gain, &core::array::from_fn(|j| seen[j] - self.whitening[k][j]));
+            let seen = shares.seen_by(row);
+            shares.take(&gain, &core::array::from_fn(|j| seen[j] - self.by_anchor[k][j]));
             for (sum, gain) in correction.iter_mut().zip(&gain) {
                 *sum += gain * left;
             }
         }
         state.correct(&correction);
-        gains
     }
+}
 
-    /// What the gain counted of the anchor's drift is no noise of the state's own; what it leaves of the
-    /// error from before the drift is.
-    fn account(&self, state: &mut State, gains: &Shares, left_over: &Shares) {
-        let Some(drifted) = self.drifted else { return };
-        let drifted = parts([drifted.orientation_rad2, drifted.position_m2]);
-        for k in 0..6 {
-            let counted = gains.column(k, libm::sqrt(self.counted[k]));
-            state.covariance.add_square(-1.0, &counted);
-            let left = left_over.column(k, libm::sqrt(drifted[k]));
-            state.covariance.add_square(1.0, &left);
-        }
+/// Corrections of the anchor beyond which its follower is left alone: no linear map reaches that far.
+const FARTHEST_TURN_RAD: f64 = 0.1;
+
+/// Lets a state go along with the corrections that its anchor has made since the last time: both stay as
+/// they are to each other, and the error in common is the anchor's present one.
+pub(crate) fn follow(state: &mut State, anchor: &Anchor) {
+    let Some(mut tie) = state.tie.take_if(|tie| tie.anchor == anchor.id) else { return };
+    // One that has begun anew is another one, and what was common is now the state's own.
+    if tie.mark.began != anchor.drift.began {
+        return;
     }
+    let corrections = anchor.drift.corrections_since(&tie.mark);
+    if corrections[0].length_squared() > FARTHEST_TURN_RAD * FARTHEST_TURN_RAD {
+        return;
+    }
+    state.correct(&tie.by(corrections));
+    tie.put_on(&mut state.covariance, -1.0);
+    tie.mark = tie.mark.corrected_as(&anchor.drift);
+    tie.covariance = [anchor.orientation_covariance, anchor.position_covariance];
+    tie.put_on(&mut state.covariance, 1.0);
+    state.tie = Some(tie);
 }
 
 /// How position and orientation hang on the anchor's orientation and position.
@@ -164,17 +162,6 @@ fn jacobian(arm_m: DVec3) -> [Part; 6] {
     })
 }
 
-/// Variances of position and orientation that cover a drift of the anchor.
-fn counted(drifted: &Drifted, arm_m: DVec3) -> Part {
-    let turned = drifted.orientation_rad2.max_element() * arm_m.length_squared();
-    parts([drifted.position_m2 + turned, drifted.orientation_rad2])
-}
-
-fn parts([first, second]: [DVec3; 2]) -> Part {
-    let (a, b) = (first.to_array(), second.to_array());
-    [a[0], a[1], a[2], b[0], b[1], b[2]]
-}
-
-fn combined(weights: &[f64; 3], rows: &[Row; 3]) -> Row {
-    core::array::from_fn(|i| (0..3).map(|k| weights[k] * rows[k][i]).sum())
+fn combined<const N: usize>(weights: &[f64; 3], rows: &[[f64; N]]) -> [f64; N] {
+    core::array::from_fn(|i| weights.iter().zip(rows).map(|(weight, row)| weight * row[i]).sum())
 }

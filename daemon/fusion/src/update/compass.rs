@@ -377,13 +377,14 @@ fn steer(
     innovation: f64,
 ) -> Outcome {
     let mut gain = [0.0; STATES];
+    let own = state.own_part(row, ph);
     for learnt in LEARNT {
-        gain[learnt] = ph[learnt] / innovation;
+        gain[learnt] = own[learnt] / innovation;
     }
     // Of the gyroscope's bias only what turns the heading: the rest would be learnt from how a tilt
     // shows in the bearing.
     let up = state.orientation.conjugate() * DVec3::Z;
-    let bias = DVec3::from_slice(&ph[GYRO_BIAS.0..GYRO_BIAS.0 + 3]);
+    let bias = DVec3::from_slice(&own[GYRO_BIAS.0..GYRO_BIAS.0 + 3]);
     let vertical = up * (up.dot(bias) / innovation);
     gain[GYRO_BIAS.0..GYRO_BIAS.0 + 3].copy_from_slice(&vertical.to_array());
     state.correct(&gain.map(|k| k * residual));

@@ -28,6 +28,9 @@ pub struct Outcome {
 
 /// Applies one scalar measurement `residual = h · error + noise` with the optimal gain.
 pub(crate) fn apply(state: &mut State, h: &Row, residual: f64, variance: f64) -> Outcome {
+    if state.is_held() {
+        return apply_considering(state, h, (residual, variance), |_| false);
+    }
     let ph = state.covariance.times(h);
     let innovation_variance = dot(h, &ph) + variance;
     let gain = residual / innovation_variance;
@@ -74,8 +77,9 @@ fn apply_considering(
 ) -> Outcome {
     let ph = state.covariance.times(h);
     let innovation_variance = dot(h, &ph) + variance;
+    let own = state.own_part(h, &ph);
     let gain: Row =
-        core::array::from_fn(|k| if is_spared(k) { 0.0 } else { ph[k] / innovation_variance });
+        core::array::from_fn(|k| if is_spared(k) { 0.0 } else { own[k] / innovation_variance });
     state.correct(&gain.map(|x| x * residual));
     state.learn_by(h, &ph, &gain, innovation_variance);
     Outcome { residual, nis: residual * residual / innovation_variance, used: true }
