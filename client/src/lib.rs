@@ -81,9 +81,9 @@ pub use history::History;
 pub use limits::{LookupLimits, PredictionNoise};
 pub use lodestone_schema::transport::{Availability, Domain, DomainError, OpenError};
 pub use lodestone_schema::{
-    AidFlags, Aiding, AidingKind, AidingOrigin, AlignmentWait, CalibratedSample, DistanceSource,
-    HeadingSource, Health, LaneState, NorthKind, Pose, PositionSource, SampleFlags, Status,
-    Validity, WorldState,
+    AidFlags, Aiding, AidingKind, AidingOrigin, AlignmentWait, AnchorRefusal, CalibratedSample,
+    DistanceSource, HeadingSource, Health, LaneState, NorthKind, Pose, PositionSource, SampleFlags,
+    Status, Validity, WorldState,
 };
 pub use message::Message;
 pub use pose::{CameraPose, Heading, Origin};

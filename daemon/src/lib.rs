@@ -22,6 +22,7 @@ pub mod recording;
 pub mod report;
 pub mod rig;
 pub mod ring;
+mod seqlock;
 pub mod service;
 pub mod source;
 pub mod status_board;

@@ -94,6 +94,33 @@ impl<const N: usize> Candidate<N> {
     }
 }
 
+/// A pose as it was offered.
+#[derive(Clone, Copy, Debug)]
+struct OfferedPose {
+    /// Position, m, of a point at a lever arm, m.
+    place: (DVec3, DVec3),
+    orientation: DQuat,
+    covariances: [DMat3; 2],
+    anchor: Option<Anchor>,
+}
+
+impl OfferedPose {
+    /// The pose against what it was expected to be.
+    fn against(&self, past: &Past) -> Pose {
+        let (position_m, lever_m) = self.place;
+        let rows = [fix::position_rows(past, lever_m), fix::orientation_rows()];
+        let seen = Seen {
+            rows: rows.map(|rows| rows.map(|row| past.carry(&row))),
+            residuals: [
+                fix::position_residual(past, position_m, lever_m),
+                fix::orientation_residual(past, self.orientation),
+            ],
+            arm_m: self.anchor.map_or(DVec3::ZERO, |anchor| position_m - anchor.position_m),
+        };
+        Pose { seen, covariances: self.covariances, anchor: self.anchor }
+    }
+}
+
 /// A pose against the state: position, then orientation.
 #[derive(Clone, Copy, Debug)]
 struct Pose {
@@ -192,7 +219,7 @@ impl Aiding {
         setting: &Setting,
         report: &mut AidReport,
     ) -> Result<(), AidRefusal> {
-        if !aid.measurement.is_sound() {
+        if !aid.is_sound() {
             return Err(AidRefusal::Invalid);
         }
         let ago_s = (setting.now - aid.time).as_secs_f64();
@@ -227,31 +254,40 @@ impl Aiding {
                 lever_m,
                 orientation,
                 orientation_covariance,
-                anchor,
             } => {
-                let orientation = orientation.quaternion();
-                let place = (position_m, lever_m);
-                let pose = |past: &Past| Pose {
-                    seen: seen(past, place, orientation, anchor.as_ref()),
+                let offered = OfferedPose {
+                    place: (position_m, lever_m),
+                    orientation: orientation.quaternion(),
                     covariances: [covariance, orientation_covariance],
-                    anchor,
+                    anchor: aid.anchor,
                 };
-                let heading = state.covariance.variance(ORIENTATION.0 + 2);
-                if !setting.heading_is_arbitrary && heading < UNKNOWN_HEADING {
-                    return self.decide_pose(state, &pose(&past), setting, report);
-                }
-                // By any angle: no linear update reaches that far.
-                let mut turned = *state;
-                turned.turn_heading(fix::heading_residual(&past, orientation), HARDLY_KNOWN);
-                turned.cut(setting.now);
-                let past = self.history.past(&turned, ago_s, &setting.around);
-                let past = past.ok_or(AidRefusal::TooOld)?;
-                self.decide_pose(&mut turned, &pose(&past), setting, report)?;
-                *state = turned;
-                report.heading_found = true;
-                Ok(())
+                self.judge_pose(state, (&past, &offered), setting, report)
             }
         }
+    }
+
+    /// Where the heading is not known, the pose's is taken over first: by any angle, and no linear update
+    /// reaches that far.
+    fn judge_pose(
+        &mut self,
+        state: &mut State,
+        (past, offered): (&Past, &OfferedPose),
+        setting: &Setting,
+        report: &mut AidReport,
+    ) -> Result<(), AidRefusal> {
+        let heading = state.covariance.variance(ORIENTATION.0 + 2);
+        if !setting.heading_is_arbitrary && heading < UNKNOWN_HEADING {
+            return self.decide_pose(state, &offered.against(past), setting, report);
+        }
+        let mut turned = *state;
+        turned.turn_heading(fix::heading_residual(past, offered.orientation), HARDLY_KNOWN);
+        turned.cut(setting.now);
+        let past = self.history.past(&turned, past.ago_s, &setting.around);
+        let pose = offered.against(&past.ok_or(AidRefusal::TooOld)?);
+        self.decide_pose(&mut turned, &pose, setting, report)?;
+        *state = turned;
+        report.heading_found = true;
+        Ok(())
     }
 
     fn since_last_speed_s(&mut self, time: SensorTime) -> f64 {
@@ -342,24 +378,6 @@ impl Aiding {
         report.refusal = self.decide(state, candidate, setting, &mut report).err();
         ledger.note(kind, report.refusal.is_none());
         Some(report)
-    }
-}
-
-/// A pose against what it was expected to be.
-fn seen(
-    past: &Past,
-    (position_m, lever_m): (DVec3, DVec3),
-    orientation: DQuat,
-    anchor: Option<&Anchor>,
-) -> Seen {
-    let rows = [fix::position_rows(past, lever_m), fix::orientation_rows()];
-    Seen {
-        rows: rows.map(|rows| rows.map(|row| past.carry(&row))),
-        residuals: [
-            fix::position_residual(past, position_m, lever_m),
-            fix::orientation_residual(past, orientation),
-        ],
-        arm_m: anchor.map_or(DVec3::ZERO, |anchor| position_m - anchor.position_m),
     }
 }
 

@@ -49,6 +49,11 @@ pub struct Drifted {
     pub position_m2: DVec3,
 }
 
+impl Drifted {
+    /// One instant.
+    pub const NOTHING: Self = Self { orientation_rad2: DVec3::ZERO, position_m2: DVec3::ZERO };
+}
+
 impl Drift {
     /// Nothing yet.
     pub const fn new(began: SensorTime) -> Self {
@@ -99,6 +104,15 @@ impl Drift {
             shifted_m2: now.shifted_m2,
             ..*self
         }
+    }
+
+    /// What lies between two readings, whichever is the earlier one; `None` if they do not compare.
+    pub fn between(&self, other: &Self) -> Option<Drifted> {
+        let (one, two) = (self.since(other)?, other.since(self)?);
+        Some(Drifted {
+            orientation_rad2: one.orientation_rad2.max(two.orientation_rad2),
+            position_m2: one.position_m2.max(two.position_m2),
+        })
     }
 
     /// What lies between an earlier reading and this one; `None` if they do not compare.

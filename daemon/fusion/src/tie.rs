@@ -10,7 +10,7 @@
 //! with A's error and its own part independent. Whatever B's filter does to its error it does to `M`:
 //! prediction maps it (`M ← F M`), an update with gain k and row h takes from it (`M ← M − k h M`). So
 //! what is common is known at any time, and can be taken off before the next registration: B then
-//! learns from it at the registration's own accuracy, and P_B stays honest in the world. This is the
+//! learns from it at the registration's own accuracy, and `P_B` stays honest in the world. This is the
 //! cross-covariance of collaborative localisation (Roumeliotis and Bekey 2002), kept on the follower's
 //! side alone as one factor (Luft et al. 2018), with the anchor's error as a consider state (Schmidt).
 

@@ -250,7 +250,7 @@ fn a_fix_tells_a_camera_that_is_nowhere_where_it_is_and_names_itself() {
         lever_m: DVec3::ZERO,
     };
     cores[1].hear_fix(DistanceSource::CloudRegistration);
-    cores[1].aid(Aid { time: before.time, measurement });
+    cores[1].aid(Aid { time: before.time, measurement, anchor: None });
     let after = second.run(&mut cores[1], 0.1);
     assert_eq!(after.world.source, DistanceSource::CloudRegistration);
     assert!((position(&after) - DVec3::new(4.0, 5.0, 0.5)).length() < 0.01, "{after:?}");

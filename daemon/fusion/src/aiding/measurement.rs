@@ -48,9 +48,6 @@ pub enum Measurement {
         orientation: Rotation<World, Body>,
         /// Of a small turn about the world's axes, rad².
         orientation_covariance: DMat3,
-        /// The camera against which it was measured, and whose pose gives it in the world: the covariances
-        /// are then those of the measurement alone.
-        anchor: Option<Anchor>,
     },
 }
 
@@ -117,20 +114,12 @@ impl Measurement {
             Self::Position { position_m, covariance, lever_m } => {
                 fix(position_m, covariance, lever_m)
             }
-            Self::Pose {
-                position_m,
-                covariance,
-                lever_m,
-                orientation,
-                orientation_covariance,
-                anchor,
-            } => {
+            Self::Pose { position_m, covariance, lever_m, orientation, orientation_covariance } => {
                 let turned = orientation.quaternion();
                 let unit = (turned.length_squared() - 1.0).abs() < 1e-6;
                 fix(position_m, covariance, lever_m)
                     && unit
                     && inverse_root(orientation_covariance).is_some()
-                    && anchor.is_none_or(|anchor| anchor.is_sound())
             }
         }
     }
@@ -143,4 +132,15 @@ pub struct Aid {
     pub time: SensorTime,
     /// What it says.
     pub measurement: Measurement,
+    /// The camera against which a pose was measured, and whose own gives it in the world: its covariances are
+    /// then those of the measurement alone. Nothing else can have one.
+    pub anchor: Option<Anchor>,
+}
+
+impl Aid {
+    /// Whether every number is one that a measurement can have.
+    pub(crate) fn is_sound(&self) -> bool {
+        let is_pose = matches!(self.measurement, Measurement::Pose { .. });
+        self.measurement.is_sound() && self.anchor.is_none_or(|anchor| is_pose && anchor.is_sound())
+    }
 }

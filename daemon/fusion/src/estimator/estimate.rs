@@ -6,8 +6,8 @@ use super::place::is_position_known;
 use super::{Estimator, HeadingOrigin};
 use crate::aid_status::{AidStatus, PositionOrigin};
 use crate::covariance::{DEVIATION, ORIENTATION, POSITION, VELOCITY};
-use crate::frame::{Body, Rotation, World};
 use crate::drift::Drift;
+use crate::frame::{Body, Rotation, World};
 use crate::grid::Increment;
 use crate::relative::{FieldTie, Station, Tied};
 use crate::so3;
@@ -78,6 +78,7 @@ impl Estimate {
             position_covariance: self.position_covariance,
             velocity: self.velocity,
             velocity_covariance: self.velocity_covariance,
+            at_rest: self.at_rest,
             field: self.field,
         }
     }
@@ -137,7 +138,8 @@ impl Estimator {
     /// own: an anchor's has that already.
     fn orientation_covariance(&self, state: &State) -> DMat3 {
         let mut covariance = state.covariance.block(ORIENTATION, ORIENTATION);
-        let own = state.tie.as_ref().map_or(1.0, |tie| (1.0 - tie.shares.of_heading()).clamp(0.0, 1.0));
+        let own =
+            state.tie.as_ref().map_or(1.0, |tie| (1.0 - tie.shares.of_heading()).clamp(0.0, 1.0));
         let beyond = own
             * match self.aids.heading_origin {
                 HeadingOrigin::Arbitrary => core::f64::consts::PI,

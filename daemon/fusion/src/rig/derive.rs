@@ -51,7 +51,6 @@ impl Point {
                 lever_m,
                 orientation,
                 orientation_covariance,
-                anchor,
             } => {
                 let turn = orientation.quaternion() * self.rotation.quaternion().conjugate();
                 Measurement::Pose {
@@ -60,7 +59,6 @@ impl Point {
                     lever_m: lever(lever_m),
                     orientation: Rotation::from_unit(turn),
                     orientation_covariance,
-                    anchor,
                 }
             }
         }

@@ -58,23 +58,19 @@ pub(crate) fn by_anchor(anchor: &Anchor, arm_m: DVec3) -> [DMat3; 2] {
 impl AnchoredPose {
     /// A pose with its own covariances of position and orientation; `None` if one is none.
     pub(crate) fn new(seen: &Seen, covariances: [DMat3; 2], anchor: Anchor) -> Option<Self> {
-        let mut pose = Self {
-            rows: [[0.0; STATES]; 6],
-            residual: [0.0; 6],
-            by_anchor: [[0.0; 6]; 6],
-            anchor,
-        };
+        let mut pose =
+            Self { rows: [[0.0; STATES]; 6], residual: [0.0; 6], by_anchor: [[0.0; 6]; 6], anchor };
         let by_anchor = jacobian(seen.arm_m);
         for (which, covariance) in covariances.into_iter().enumerate() {
             let whiten = inverse_root(covariance)?;
             let residual = (whiten * seen.residuals[which]).to_array();
             let by_anchor = &by_anchor[3 * which..3 * which + 3];
-            for k in 0..3 {
+            for (k, residual) in residual.into_iter().enumerate() {
                 let weights = whiten.row(k).to_array();
                 let at = 3 * which + k;
                 pose.rows[at] = combined(&weights, &seen.rows[which]);
                 pose.by_anchor[at] = combined(&weights, by_anchor);
-                pose.residual[at] = residual[k];
+                pose.residual[at] = residual;
             }
         }
         Some(pose)

@@ -370,12 +370,7 @@ impl Compass {
 /// Tilt and everything that hangs on it are considered, not learnt (Schmidt's consider states):
 /// their part in the innovation is counted, and their correlations are kept. Takes `h`, `P h` and the
 /// innovation's variance, rad².
-fn steer(
-    state: &mut State,
-    (row, ph): (&Row, &Row),
-    residual: f64,
-    innovation: f64,
-) -> Outcome {
+fn steer(state: &mut State, (row, ph): (&Row, &Row), residual: f64, innovation: f64) -> Outcome {
     let mut gain = [0.0; STATES];
     let own = state.own_part(row, ph);
     for learnt in LEARNT {

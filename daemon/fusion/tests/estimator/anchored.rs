@@ -4,14 +4,14 @@
 use glam::{DMat3, DVec3};
 use lodestone_fusion::relative::{Apart, Relative, relative_by};
 use lodestone_fusion::{
-    Aid, AidReport, Anchor, Estimate, Estimator, Measurement, ORIENTATION, POSITION, Parameters,
-    Rotation, SensorTime, so3,
+    Aid, AidRefusal, AidReport, Anchor, Estimate, Estimator, HeadingOrigin, Measurement,
+    ORIENTATION, POSITION, Parameters, Rotation, SensorTime, so3,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::simulation::{DT, Motion, Simulation, steps};
+use crate::simulation::{Motion, Simulation, steps};
 
 const SEEDS: u64 = 100;
 /// Of a registration, 1σ about and along each axis.
@@ -24,7 +24,7 @@ const CARRIED: Motion = Motion::Carried { rate_sigma: 0.6, speed_sigma: 0.4 };
 /// An anchor and its follower, in fields that deviate differently.
 struct Pair {
     truth: [Simulation; 2],
-    filters: [Estimator; 2],
+    filters: Vec<Estimator>,
     random: ChaCha8Rng,
     now: SensorTime,
 }
@@ -40,7 +40,7 @@ impl Pair {
         let random = ChaCha8Rng::seed_from_u64(seed);
         let mut pair = Self {
             truth,
-            filters: [Estimator::new(p); 2],
+            filters: vec![Estimator::new(p); 2],
             random,
             now: SensorTime::from_nanos(0),
         };
@@ -95,11 +95,11 @@ impl Pair {
             position_m: anchor.position + by * distance,
             covariance: DMat3::IDENTITY * (SHIFT_M * SHIFT_M),
             lever_m: DVec3::ZERO,
-            orientation: Rotation::from_quaternion(by * measured).unwrap(),
+            orientation: Rotation::from_quaternion(by * measured).expect("a unit one"),
             orientation_covariance: DMat3::IDENTITY * (TURN_RAD * TURN_RAD),
-            anchor: Some(anchor_of(&anchor)),
         };
-        self.filters[1].aid(&Aid { time: self.now, measurement })
+        let anchor = Some(anchor_of(&anchor));
+        self.filters[1].aid(&Aid { time: self.now, measurement, anchor })
     }
 
     fn relative(&self) -> Relative {
@@ -121,13 +121,10 @@ impl Pair {
 
     /// NEES per number of orientation and position of one camera in the world.
     fn in_world(&self, which: usize) -> [f64; 2] {
-        let (truth, state) = (&self.truth[which], self.filters[which].state().unwrap());
+        let (truth, state) = (&self.truth[which], self.filters[which].state().expect("aligned"));
         let turn = so3::log(truth.orientation * state.orientation().quaternion().conjugate());
         let block = |b| state.covariance.block(b, b);
-        [
-            nees(turn, block(ORIENTATION)),
-            nees(truth.position - state.position, block(POSITION)),
-        ]
+        [nees(turn, block(ORIENTATION)), nees(truth.position - state.position, block(POSITION))]
     }
 }
 
@@ -164,7 +161,7 @@ impl Score {
     fn add(&mut self, pair: &Pair) {
         let found = pair.relative();
         let errors = pair.relative_error(&found);
-        let covariances = [found.orientation_covariance, found.distance.unwrap().covariance];
+        let covariances = [found.orientation_covariance, found.distance.expect("known").covariance];
         let (anchor, follower) = (pair.in_world(0), pair.in_world(1));
         for k in 0..2 {
             self.nees[k] += nees(errors[k], covariances[k]) / SEEDS as f64;
@@ -186,16 +183,14 @@ impl Score {
 }
 
 /// Ten registrations, one each second, and what is left of them so many seconds later.
-fn scores(motions: [Motion; 2], later_s: &[f64]) -> Vec<Score> {
+fn scores(what: &str, motions: [Motion; 2], later_s: &[f64]) -> Vec<Score> {
     let mut scores = vec![Score::default(); later_s.len()];
     let mut refused = 0;
     for seed in 0..SEEDS {
         let mut pair = Pair::new(seed, [true; 2]);
-        for k in 0..10 {
+        for _ in 0..10 {
             pair.run(motions, 1.0);
-            let report = pair.register();
-            refused += u32::from(report.refusal.is_some());
-            let _ = k;
+            refused += u32::from(pair.register().refusal.is_some());
         }
         let mut waited_s = 0.0;
         for (score, &at_s) in scores.iter_mut().zip(later_s) {
@@ -204,74 +199,91 @@ fn scores(motions: [Motion; 2], later_s: &[f64]) -> Vec<Score> {
             score.add(&pair);
         }
     }
-    scores.into_iter().map(Score::root).collect()
-}
-
-fn show(what: &str, later_s: &[f64], scores: &[Score]) {
-    for (at_s, score) in later_s.iter().zip(scores) {
+    // Two gates that one in a thousand exceeds, a thousand times.
+    assert!(refused <= 8, "{what}: {refused} refused");
+    let scores: Vec<Score> = scores.into_iter().map(Score::root).collect();
+    for (at_s, score) in later_s.iter().zip(&scores) {
         println!("{what}, {at_s} s later: {score:.4?}");
     }
+    scores
+}
+
+fn within(low: f64, high: f64, values: [f64; 2]) -> bool {
+    values.iter().all(|value| (low..high).contains(value))
+}
+
+/// Right after the registrations the relative pose is as good as they are, and known to be; neither camera
+/// is surer of the world than it may be.
+fn assert_exact(score: &Score) {
+    assert!(within(0.5, 2.0, score.nees), "{score:?}");
+    assert!(score.error[0] < 0.06 && score.error[1] < 5e-3, "{score:?}");
+    assert!(within(0.3, 1.3, score.follower_in_world), "{score:?}");
+    assert!(within(0.3, 1.3, score.anchor_in_world), "{score:?}");
+}
+
+/// σ grows as the error does, and is never too small.
+fn assert_grows_honestly(scores: &[Score], lowest: f64) {
+    for pair in scores.windows(2) {
+        assert!((0..2).all(|k| pair[1].sigma[k] > pair[0].sigma[k]), "{pair:?}");
+    }
+    for score in scores {
+        assert!(within(lowest, 1.5, score.nees), "{score:?}");
+        assert!(within(0.25, 1.3, score.follower_in_world), "{score:?}");
+    }
 }
 
 #[test]
-fn standing() {
-    let later_s = [0.0, DT, 1.0, 10.0, 60.0];
-    let scores = scores([Motion::Still; 2], &later_s);
-    show("standing", &later_s, &scores);
+fn two_standing_cameras_that_were_registered_stay_so() {
+    let scores = scores("standing", [Motion::Still; 2], &[0.0, 1.0, 10.0, 60.0]);
+    assert_exact(&scores[0]);
+    // Standing, a gyroscope's bias is known better in the end than the filter counts on.
+    assert_grows_honestly(&scores, 0.1);
+    assert!(scores[2].error[0] < 0.06 && scores[2].sigma[0] < 0.1, "{scores:?}");
+    assert!(scores[3].error[0] < 0.15 && scores[3].error[1] < 5e-3, "{scores:?}");
 }
 
 #[test]
-fn follower_carried() {
-    let later_s = [0.0, 1.0, 5.0, 20.0];
-    let scores = scores([Motion::Still, CARRIED], &later_s);
-    show("follower carried", &later_s, &scores);
+fn a_camera_that_is_carried_past_a_standing_one_is_as_unsure_as_it_drifts() {
+    let scores = scores("follower carried", [Motion::Still, CARRIED], &[0.0, 1.0, 5.0, 20.0]);
+    assert_exact(&scores[0]);
+    assert_grows_honestly(&scores, 0.5);
+    // Its gyroscope's scale is off by 0.4° a radian; unheld it would lose a degree at once.
+    assert!(scores[1].error[0] < 0.6 && scores[1].error[1] < 0.06, "{scores:?}");
 }
 
 #[test]
-fn both_carried() {
-    let later_s = [0.0, 1.0, 5.0, 20.0];
-    let scores = scores([CARRIED; 2], &later_s);
-    show("both carried", &later_s, &scores);
+fn of_two_carried_cameras_the_follower_goes_along_with_the_anchor() {
+    let scores = scores("both carried", [CARRIED; 2], &[0.0, 1.0, 5.0, 20.0]);
+    assert_exact(&scores[0]);
+    // What speed they have in common is not counted: their distance is better than it says.
+    assert_grows_honestly(&scores, 0.04);
 }
 
 #[test]
-fn parts() {
-    let mut sums = [[DVec3::ZERO; 8]; 3];
+fn a_camera_without_a_magnetometer_gets_its_heading_from_its_anchor() {
+    let mut score = Score::default();
     for seed in 0..SEEDS {
-        let mut pair = Pair::new(seed, [true; 2]);
-        for _ in 0..10 {
-            pair.run([Motion::Still; 2], 1.0);
-            pair.register();
-        }
-        let error = |pair: &Pair, k: usize| so3::log(pair.truth[k].orientation * pair.filters[k].state().unwrap().orientation().quaternion().conjugate());
-        let before = [error(&pair, 0), error(&pair, 1)];
-        let mut waited = 0.0;
-        for (k, at) in [0.01, 1.0, 10.0].into_iter().enumerate() {
-            pair.run([Motion::Still; 2], at - waited);
-            waited = at;
-            let [a, b] = pair.estimates();
-            let tied = b.tie.unwrap();
-            let d = a.drift;
-            let m = tied.mark;
-            let diag = |m: DMat3| DVec3::new(m.x_axis.x, m.y_axis.y, m.z_axis.z);
-            let sq = |v: DVec3| v * v;
-            let s = &mut sums[k];
-            s[0] += sq(error(&pair, 0) - before[0]);
-            s[1] += sq(error(&pair, 1) - before[1]);
-            s[2] += DVec3::splat(d.angle_rad2 - m.angle_rad2);
-            s[3] += DVec3::splat((d.bias_rad - m.bias_rad).powi(2));
-            s[4] += d.turned_rad2 - m.turned_rad2;
-            s[5] += diag(tied.own[0]);
-            let left = tied.shares[0][0] - DMat3::IDENTITY;
-            s[6] += diag(left * tied.anchor_covariance[0] * left.transpose());
-            s[7] += sq(pair.filters[0].state().unwrap().gyro_bias - pair.truth[0].gyro_bias);
-        }
+        let mut pair = Pair::new(seed, [true, false]);
+        assert_eq!(pair.estimates()[1].heading_origin, HeadingOrigin::Arbitrary);
+        let found = pair.register();
+        assert_eq!((found.refusal, found.heading_found), (None, true));
+        assert_eq!(pair.estimates()[1].heading_origin, HeadingOrigin::PoseFix);
+        pair.run([Motion::Still; 2], 1.0);
+        let again = pair.register();
+        assert_eq!((again.refusal, again.heading_found), (None, false));
+        score.add(&pair);
     }
-    for s in sums {
-        for (name, v) in ["moved a", "moved b", "noise", "bias", "corrected", "own", "left", "biaserr"].iter().zip(s) {
-            let v = v / SEEDS as f64;
-            println!("{name}: {:.4} {:.4} {:.4} deg", v.x.sqrt().to_degrees(), v.y.sqrt().to_degrees(), v.z.sqrt().to_degrees());
-        }
-        println!();
-    }
+    let score = score.root();
+    println!("without a magnetometer: {score:.4?}");
+    assert_exact(&score);
+}
+
+#[test]
+fn what_is_no_pose_has_no_anchor() {
+    let mut pair = Pair::new(1, [true; 2]);
+    let anchor = Some(anchor_of(&pair.estimates()[0]));
+    let (velocity_m_s, covariance) = (DVec3::ZERO, DMat3::IDENTITY);
+    let measurement = Measurement::Velocity { velocity_m_s, covariance, lever_m: DVec3::ZERO };
+    let report = pair.filters[1].aid(&Aid { time: pair.now, measurement, anchor });
+    assert_eq!(report.refusal, Some(AidRefusal::Invalid));
 }

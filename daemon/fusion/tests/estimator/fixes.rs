@@ -164,7 +164,6 @@ fn a_pose_corrects_position_and_orientation() {
             lever_m: DVec3::ZERO,
             orientation: lodestone_fusion::Rotation::from_quaternion(turned).unwrap(),
             orientation_covariance: DMat3::IDENTITY * 4e-6,
-            anchor: None,
         };
         ride.offer(pose, 0.0);
     }
