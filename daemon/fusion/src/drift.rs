@@ -106,6 +106,22 @@ impl Drift {
         }
     }
 
+    /// A reading between this one and a later one, by the share of the time; `None` if they do not compare.
+    pub fn towards(&self, later: &Self, share: f64) -> Option<Self> {
+        let number = |from: f64, to: f64| from + (to - from) * share;
+        let vector = |from: DVec3, to: DVec3| from + (to - from) * share;
+        (self.began == later.began).then(|| Self {
+            began: self.began,
+            angle_rad2: number(self.angle_rad2, later.angle_rad2),
+            bias_rad: number(self.bias_rad, later.bias_rad),
+            way_m: number(self.way_m, later.way_m),
+            turned_rad2: vector(self.turned_rad2, later.turned_rad2),
+            shifted_m2: vector(self.shifted_m2, later.shifted_m2),
+            turned_rad: vector(self.turned_rad, later.turned_rad),
+            shifted_m: vector(self.shifted_m, later.shifted_m),
+        })
+    }
+
     /// What lies between two readings, whichever is the earlier one; `None` if they do not compare.
     pub fn between(&self, other: &Self) -> Option<Drifted> {
         let (one, two) = (self.since(other)?, other.since(self)?);

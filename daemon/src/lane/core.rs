@@ -1,13 +1,14 @@
 //! The part of a lane that depends on its readings alone: same readings in, same bits out.
 
 use lodestone_fusion::{
-    Accepted, Aid, AidRefusal, Estimate, Estimator, FieldReference, Grid, ImuSample, Parameters,
-    Refusal, SensorSpan, SensorTime, Waiting,
+    Accepted, Aid, AidRefusal, Anchor, Estimate, Estimator, FieldReference, Grid, ImuSample,
+    Parameters, Refusal, SensorSpan, SensorTime, Waiting,
 };
 
 use lodestone_schema::{DistanceSource, Status};
 
 use super::aiding::AidQueue;
+use super::trail::Trail;
 use super::{Conditioner, LaneSettings, SetBack};
 use crate::reading::{HostTime, Reading};
 use crate::world::{Membership, WorldStep};
@@ -118,6 +119,7 @@ pub struct Core {
     aids: AidQueue,
     /// When this camera last looked at its anchor.
     followed: Option<SensorTime>,
+    trail: Trail,
     position_jumped: bool,
     degraded: bool,
     phase: Phase,
@@ -144,6 +146,7 @@ impl Core {
             set_back: SetBack::new(settings.timing.reset_after),
             aids: AidQueue::new(settings.antenna_m),
             followed: None,
+            trail: Trail::NONE,
             position_jumped: false,
             degraded: false,
             phase: Phase::Aligning(Waiting::Collecting),
@@ -240,6 +243,11 @@ impl Core {
         }
     }
 
+    /// An anchor as it was at a time of `CLOCK_MONOTONIC`, ns, as far as this camera has looked at it.
+    pub fn anchor_at(&self, anchor: Anchor, time_ns: i64) -> Anchor {
+        Anchor { drift: self.trail.at(anchor.id, time_ns).unwrap_or(anchor.drift), ..anchor }
+    }
+
     /// Goes along with what the camera corrects against which this one was measured.
     fn follow_anchor(&mut self, now: SensorTime, arrival: HostTime) {
         let Some(anchor) = self.estimator.held_to() else { return };
@@ -247,7 +255,8 @@ impl Core {
             return;
         }
         self.followed = Some(now);
-        if let Some(anchor) = self.membership.anchor(anchor, arrival) {
+        if let Some((anchor, time_ns)) = self.membership.anchor(anchor, arrival) {
+            self.trail.note(&anchor, time_ns);
             self.estimator.follow(&anchor);
         }
     }

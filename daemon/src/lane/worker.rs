@@ -123,7 +123,7 @@ impl<P: Publish> Worker<P> {
             world_epoch: outlet.pose.world_epoch,
         };
         let anchor = match outlet.anchor_of(message) {
-            Ok(anchor) => anchor,
+            Ok(anchor) => anchor.map(|anchor| self.core.anchor_at(anchor, message.time_ns)),
             Err(why) => return self.refuse_anchor(why),
         };
         let valid_at = outlet.clock.sensor_time(HostTime::from_nanos(message.time_ns));

@@ -213,8 +213,9 @@ impl Membership {
         Place { covariance: last.place.covariance + moved * (away_s * away_s), ..last.place }
     }
 
-    /// The member that this one is measured against, as it is now; `None` if it cannot be followed.
-    pub fn anchor(&self, anchor: u16, now: HostTime) -> Option<Anchor> {
+    /// The member that this one is measured against, as it is now, and the time of its pose, ns; `None` if it
+    /// cannot be followed.
+    pub fn anchor(&self, anchor: u16, now: HostTime) -> Option<(Anchor, i64)> {
         anchor_now(&self.frame, anchor, now)
     }
 
