@@ -40,6 +40,7 @@ fn full_synthetic() -> Synthetic {
         trajectory: TrajectoryKind::Walk,
         rest_s: 1.0,
         tilt_deg: 5.0,
+        halt_s: 2.0,
         seed: 1,
         speed: 1.0,
         duration_s: 10.0,

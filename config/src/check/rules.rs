@@ -89,7 +89,12 @@ fn one_motion(config: &Config, rig: &Rig, report: &mut Report) {
         let camera = &config.camera[index];
         let synthetic = camera.synthetic.clone().unwrap_or_default();
         let s = synthetic;
-        (camera.driver == DriverKind::Synthetic).then_some((s.trajectory, s.rest_s, s.tilt_deg))
+        (camera.driver == DriverKind::Synthetic).then_some((
+            s.trajectory,
+            s.rest_s,
+            s.tilt_deg,
+            s.halt_s,
+        ))
     };
     let first = rig.members[0];
     for &index in &rig.members[1..] {
@@ -101,7 +106,7 @@ fn one_motion(config: &Config, rig: &Rig, report: &mut Report) {
                 "moves unlike the camera in line {} on the same body",
                 report.line(&format!("camera[{first}].name"))
             );
-            let allowed = "the same trajectory, rest_s and tilt_deg";
+            let allowed = "the same trajectory, rest_s, tilt_deg and halt_s";
             report.conflict(&place, &[&other], problem, allowed);
         }
     }

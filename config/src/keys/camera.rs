@@ -209,6 +209,13 @@ pub(super) const SYNTHETIC: &[Key] = &[
          refused; streets have up to 7°, ramps up to 9°.",
     ),
     key(
+        "halt_s",
+        Number(from_to(0.0, 3600.0)),
+        "s",
+        "How long the walker on trajectory \"stairs\" halts on each landing between two flights; 0 walks \
+         on. The filter learns its velocity anew at each halt of a second or so.",
+    ),
+    key(
         "seed",
         Whole(0, i64::MAX),
         "",

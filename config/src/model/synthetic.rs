@@ -35,6 +35,8 @@ pub struct Synthetic {
     pub rest_s: f64,
     /// Slope of the ground under trajectory `circles`, degrees.
     pub tilt_deg: f64,
+    /// How long the walker on trajectory `stairs` halts on each landing between two flights, s.
+    pub halt_s: f64,
     /// Seed of everything random; the same seed gives the same samples.
     pub seed: u64,
     /// 1 is real speed; 0 as fast as it goes.
@@ -62,6 +64,7 @@ impl Default for Synthetic {
             trajectory: TrajectoryKind::default(),
             rest_s: 3.0,
             tilt_deg: 5.0,
+            halt_s: 0.0,
             seed: 0,
             speed: 1.0,
             duration_s: 0.0,

@@ -1,0 +1,80 @@
+//! Lodestone's own lane, fed with the same readings.
+
+use lodestone_config::model::Config;
+use lodestone_fusion::Estimate;
+
+use super::run::Heard;
+use super::track::{Track, TrackPoint};
+use crate::lane::{Core, LaneSettings, Phase, SettingsError};
+
+/// Whether standstills count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standstills {
+    /// As shipped: a camera that stands has no velocity and no rate.
+    Used,
+    /// The filter is on its own once it is aligned.
+    Unused,
+}
+
+/// Why there are no poses.
+#[derive(Debug, thiserror::Error)]
+pub enum FilterError {
+    /// The lane cannot be made.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// The filter was not aligned when the way began, or later.
+    #[error("no pose {time_s:.1} s after the rest: {why}")]
+    NoPose {
+        /// Time since the end of the rest, s.
+        time_s: f64,
+        /// What it waits for.
+        why: String,
+    },
+}
+
+/// Poses of the lane at the instants, with the defaults of a configuration.
+///
+/// # Errors
+/// [`FilterError`].
+pub fn follow(heard: &Heard, standstills: Standstills) -> Result<Track, FilterError> {
+    let settings = settings(heard, standstills)?;
+    let mut core = Core::new(&settings);
+    let mut asked = heard.instants.iter().copied().peekable();
+    let mut track = Vec::with_capacity(heard.instants.len());
+    for (k, reading) in heard.readings.iter().enumerate() {
+        core.take(reading, |_| {});
+        if asked.next_if_eq(&k).is_some() {
+            let time_s = heard.time_s(k);
+            let pose = core.at_last_reading().ok_or_else(|| no_pose(core.phase(), time_s))?;
+            track.push(point(time_s, &pose));
+        }
+    }
+    Ok(Track(track).from_its_start())
+}
+
+fn settings(heard: &Heard, standstills: Standstills) -> Result<LaneSettings, SettingsError> {
+    let config = Config {
+        world: heard.world.clone(),
+        camera: vec![heard.camera.clone()],
+        ..Config::default()
+    };
+    let mut settings = LaneSettings::new(&config, 0, &heard.camera, None, heard.rate_hz)?;
+    if standstills == Standstills::Unused {
+        // It aligns over nearly all of the rest, so that it knows at its end what the rest tells.
+        settings.estimator.alignment.rest_s = 0.9 * -heard.time_s(0);
+        settings.estimator.rest.enabled = false;
+    }
+    Ok(settings)
+}
+
+fn no_pose(phase: Phase, time_s: f64) -> FilterError {
+    let why = match phase {
+        Phase::Aligning(waiting) => waiting.to_string(),
+        Phase::Running => "the state is not finite".into(),
+    };
+    FilterError::NoPose { time_s, why }
+}
+
+const fn point(time_s: f64, pose: &Estimate) -> TrackPoint {
+    TrackPoint { time_s, position_m: pose.position, orientation: pose.orientation }
+}
