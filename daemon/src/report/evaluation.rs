@@ -1,8 +1,11 @@
-//! The report of `lodestoned evaluate`.
+//! The report of `lodestoned evaluate`: static and dynamic part on one page, in the paper's order.
+
+mod summary;
 
 use serde::Serialize;
 
-use super::page::page;
+use super::dynamic_report;
+use super::page::{page, section};
 use super::static_report::{StaticReport, text_table};
 use crate::evaluation::dynamic::DynamicResult;
 
@@ -32,12 +35,39 @@ impl Report {
 
     /// The whole page.
     pub fn html(&self) -> String {
-        let body = self.static_part.as_ref().map(StaticReport::sections).unwrap_or_default();
+        let mut body = summary::markup(self);
+        if let Some(part) = &self.static_part {
+            body += &part.sections();
+        }
+        if let Some(part) = &self.dynamic {
+            body += &dynamic_report::sections(part, self.seed);
+        }
+        if let Some(part) = &self.static_part {
+            body += &part.appendix();
+        }
+        body += &self.method();
         page("Lodestone: evaluation", &body)
+    }
+
+    fn method(&self) -> String {
+        let statics = self
+            .static_part
+            .as_ref()
+            .map(|part| format!("<h3>Static part</h3>\n{}", part.method()));
+        let dynamic = self
+            .dynamic
+            .as_ref()
+            .map(|_| format!("<h3>Dynamic part</h3>\n{}", dynamic_report::method_notes()));
+        let body = statics.unwrap_or_default()
+            + &dynamic.unwrap_or_default()
+            + "<p class=\"note\">All numbers of this page are in <code>report.json</code> beside it.</p>\n";
+        section("method", "Method", &body)
     }
 
     /// The tables for a terminal.
     pub fn text(&self) -> String {
-        self.static_part.as_ref().map(|part| text_table(&part.places)).unwrap_or_default()
+        let statics = self.static_part.as_ref().map(|part| text_table(&part.places));
+        let dynamic = self.dynamic.as_ref().map(dynamic_report::tables);
+        [statics, dynamic].into_iter().flatten().collect::<Vec<_>>().join("\n")
     }
 }

@@ -12,7 +12,7 @@ use crate::lane::{Core, LaneSettings, Phase, SettingsError};
 pub enum Standstills {
     /// As shipped: a camera that stands has no velocity and no rate.
     Used,
-    /// The filter is on its own once it is aligned.
+    /// Used in the rest before the way; from there on the filter is on its own.
     Unused,
 }
 
@@ -37,11 +37,13 @@ pub enum FilterError {
 /// # Errors
 /// [`FilterError`].
 pub fn follow(heard: &Heard, standstills: Standstills) -> Result<Track, FilterError> {
-    let settings = settings(heard, standstills)?;
-    let mut core = Core::new(&settings);
+    let mut core = Core::new(&settings(heard)?);
     let mut asked = heard.instants.iter().copied().peekable();
     let mut track = Vec::with_capacity(heard.instants.len());
     for (k, reading) in heard.readings.iter().enumerate() {
+        if k == heard.begin && standstills == Standstills::Unused {
+            core.ignore_standstills();
+        }
         core.take(reading, |_| {});
         if asked.next_if_eq(&k).is_some() {
             let time_s = heard.time_s(k);
@@ -52,19 +54,13 @@ pub fn follow(heard: &Heard, standstills: Standstills) -> Result<Track, FilterEr
     Ok(Track(track).from_its_start())
 }
 
-fn settings(heard: &Heard, standstills: Standstills) -> Result<LaneSettings, SettingsError> {
+fn settings(heard: &Heard) -> Result<LaneSettings, SettingsError> {
     let config = Config {
         world: heard.world.clone(),
         camera: vec![heard.camera.clone()],
         ..Config::default()
     };
-    let mut settings = LaneSettings::new(&config, 0, &heard.camera, None, heard.rate_hz)?;
-    if standstills == Standstills::Unused {
-        // It aligns over nearly all of the rest, so that it knows at its end what the rest tells.
-        settings.estimator.alignment.rest_s = 0.9 * -heard.time_s(0);
-        settings.estimator.rest.enabled = false;
-    }
-    Ok(settings)
+    LaneSettings::new(&config, 0, &heard.camera, None, heard.rate_hz)
 }
 
 fn no_pose(phase: Phase, time_s: f64) -> FilterError {

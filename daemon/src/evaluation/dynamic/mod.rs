@@ -151,7 +151,9 @@ fn each_run(
 ) -> Result<(), DynamicError> {
     let Conditions { seed, runs, stop, progress } = conditions;
     for number in 0..runs {
-        progress(&format!("{}: run {} of {runs}", scene.name, number + 1));
+        if number % runs.div_ceil(4) == 0 {
+            progress(&format!("{}: run {} of {runs}", scene.name, number + 1));
+        }
         let run = Run::record(scene, (seed, number), stop)?;
         let tracks = tracks(&run, stop)?.map_err(|source| DynamicError::Filter {
             scene: scene.name.clone(),
@@ -164,10 +166,7 @@ fn each_run(
 }
 
 /// What each method makes of a run, unless somebody asked to stop.
-fn tracks(
-    run: &Run,
-    stop: &StopFlag,
-) -> Result<Result<Vec<Track>, FilterError>, RecordingError> {
+fn tracks(run: &Run, stop: &StopFlag) -> Result<Result<Vec<Track>, FilterError>, RecordingError> {
     let mut tracks = Vec::new();
     for method in Method::ALL {
         if stop.is_raised() {

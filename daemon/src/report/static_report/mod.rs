@@ -1,8 +1,7 @@
-//! The report of `lodestoned evaluate static`.
+//! The static part of the report.
 //!
-//! A reader of the paper finds its table "Stability of the Magnetometer" and its figures
-//! "Calibration of the Magnetic Field Sensor" and "Sensory Ground Truth" again, ours beside the
-//! paper's where it gives numbers.
+//! A reader of the paper finds its figure "Calibration of the Magnetic Field Sensor" and its table
+//! "Stability of the Magnetometer" again, ours beside the paper's where it gives numbers.
 
 mod comparison;
 mod notes;
@@ -37,19 +36,34 @@ impl StaticReport {
         Self { fresh_recordings: FRESH_RECORDINGS, places, rest }
     }
 
-    /// Everything as sections of a page.
+    /// The paper's figure and table as sections of a page.
     pub fn sections(&self) -> String {
-        let mut body = section("stability", "Stability of the magnetometer", &self.stability());
-        body += &section(
-            "compares",
-            "What compares with the paper, and what does not",
-            &notes::comparable(),
+        self.calibration()
+            + &section("stability", "Stability of the magnetometer", &self.stability())
+    }
+
+    /// What goes beyond the paper: each place by itself, and the noise of the inertial sensors.
+    pub fn appendix(&self) -> String {
+        let intro = paragraph(
+            "Each place by itself: the field before and after calibration, what is left of its strength, the \
+             heading’s error, and what was assumed.",
         );
-        for result in &self.places {
-            body += &place::section_of(result);
-        }
-        body += &section("rest", "Noise at rest", &rest::markup(&self.rest));
-        body + &section("method", "Method", &notes::method(self))
+        let places: String = self.places.iter().map(place::section_of).collect();
+        section("places", "Place by place", &intro)
+            + &places
+            + &section("rest", "Allan deviation at rest", &rest::markup(&self.rest))
+    }
+
+    /// How the numbers came about.
+    pub fn method(&self) -> String {
+        notes::method(self)
+    }
+
+    /// The paper's figure of the calibration, at the first place.
+    fn calibration(&self) -> String {
+        let Some(first) = self.places.first() else { return String::new() };
+        let body = place::spheres(first) + &notes::calibration_beside(first);
+        section("calibration", "Calibration of the magnetic field sensor", &body)
     }
 
     fn stability(&self) -> String {
@@ -69,7 +83,10 @@ impl StaticReport {
                  then.",
             );
         }
-        markup + &comparison::figure_of(&self.places)
+        markup
+            + &comparison::figure_of(&self.places)
+            + &notes::stability_beside()
+            + &notes::comparable()
     }
 }
 
