@@ -22,6 +22,8 @@ pub enum Purpose {
     Rest,
     /// To follow a motion: the n-th run.
     Run(u32),
+    /// To calibrate the unit of the n-th run.
+    Unit(u32),
 }
 
 /// Why there is no recording.
@@ -76,6 +78,7 @@ fn seed_for(scenario: u64, evaluation: u64, purpose: Purpose) -> u64 {
         Purpose::Rest => 1,
         Purpose::Fresh(n) => 2 + u64::from(n),
         Purpose::Run(n) => (1 << 32) + u64::from(n),
+        Purpose::Unit(n) => (2 << 32) + u64::from(n),
     });
     rng.random()
 }
@@ -104,13 +107,14 @@ mod tests {
             Purpose::Fresh(1),
             Purpose::Run(0),
             Purpose::Run(1),
+            Purpose::Unit(1),
         ];
         let gyro = |r: &Vec<Reading>| format!("{:?}", r[0].gyro);
         let firsts: BTreeSet<String> = purposes
             .iter()
             .flat_map(|purpose| [1, 2].map(|seed| gyro(&second(*purpose, seed))))
             .collect();
-        assert_eq!(firsts.len(), 12);
+        assert_eq!(firsts.len(), 14);
         assert_eq!(second(Purpose::Rest, 1), second(Purpose::Rest, 1));
     }
 

@@ -154,6 +154,7 @@ mod tests {
     use super::*;
     use crate::evaluation::dynamic::run::Run;
     use crate::evaluation::dynamic::track::{distance_at, orientation_rms_deg};
+    use crate::evaluation::dynamic::unit::Unit;
     use crate::evaluation::place::dynamic_scenes;
     use crate::service::signals::StopFlag;
 
@@ -164,12 +165,11 @@ mod tests {
         let synthetic = scene.camera.synthetic.as_mut().unwrap();
         synthetic.errors.noise_scale = noise_scale;
         synthetic.errors.quantise = false;
-        synthetic.errors.gyro_bias_rad_s = Some(gyro_bias);
-        synthetic.errors.accel_bias_m_s2 = Some(accel_bias);
         synthetic.errors.mag_flicker_ut_rthz = 0.0;
         synthetic.distortion.hard_iron_ut = [0.0; 3];
         synthetic.transport = lodestone_config::model::Transport::default();
-        Run::record(&scene, (1, 0), &StopFlag::new()).unwrap()
+        let unit = Unit::with_biases(0, gyro_bias, accel_bias);
+        Run::record(&scene, &unit, 1, &StopFlag::new()).unwrap()
     }
 
     #[test]

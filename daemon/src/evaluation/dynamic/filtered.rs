@@ -7,13 +7,15 @@ use super::run::Heard;
 use super::track::{Track, TrackPoint};
 use crate::lane::{Core, LaneSettings, Phase, SettingsError};
 
-/// Whether standstills count.
+/// How the lane is run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standstills {
-    /// As shipped: a camera that stands has no velocity and no rate.
-    Used,
-    /// Used in the rest before the way; from there on the filter is on its own.
-    Unused,
+pub enum Variant {
+    /// Standstills count in the rest before the way; from there on the filter is on its own.
+    Unaided,
+    /// As shipped, without a calibration of the unit: a camera that stands has no velocity and no rate.
+    AsShipped,
+    /// As shipped, with the unit's calibration.
+    Calibrated,
 }
 
 /// Why there are no poses.
@@ -22,6 +24,9 @@ pub enum FilterError {
     /// The lane cannot be made.
     #[error(transparent)]
     Settings(#[from] SettingsError),
+    /// The unit has no calibration.
+    #[error("the unit's calibration was refused: {0}")]
+    NotCalibrated(String),
     /// The filter was not aligned when the way began, or later.
     #[error("no pose {time_s:.1} s after the rest: {why}")]
     NoPose {
@@ -36,12 +41,12 @@ pub enum FilterError {
 ///
 /// # Errors
 /// [`FilterError`].
-pub fn follow(heard: &Heard, standstills: Standstills) -> Result<Track, FilterError> {
-    let mut core = Core::new(&settings(heard)?);
+pub fn follow(heard: &Heard, variant: Variant) -> Result<Track, FilterError> {
+    let mut core = Core::new(&settings(heard, variant)?);
     let mut asked = heard.instants.iter().copied().peekable();
     let mut track = Vec::with_capacity(heard.instants.len());
     for (k, reading) in heard.readings.iter().enumerate() {
-        if k == heard.begin && standstills == Standstills::Unused {
+        if k == heard.begin && variant == Variant::Unaided {
             core.ignore_standstills();
         }
         core.take(reading, |_| {});
@@ -54,13 +59,18 @@ pub fn follow(heard: &Heard, standstills: Standstills) -> Result<Track, FilterEr
     Ok(Track(track).from_its_start())
 }
 
-fn settings(heard: &Heard) -> Result<LaneSettings, SettingsError> {
+fn settings(heard: &Heard, variant: Variant) -> Result<LaneSettings, FilterError> {
     let config = Config {
         world: heard.world.clone(),
         camera: vec![heard.camera.clone()],
         ..Config::default()
     };
-    LaneSettings::new(&config, 0, &heard.camera, None, heard.rate_hz)
+    let calibration = match (variant, &heard.calibration) {
+        (Variant::Calibrated, Err(why)) => return Err(FilterError::NotCalibrated(why.clone())),
+        (Variant::Calibrated, Ok(calibration)) => Some(calibration),
+        _ => None,
+    };
+    Ok(LaneSettings::new(&config, 0, &heard.camera, calibration, heard.rate_hz)?)
 }
 
 fn no_pose(phase: Phase, time_s: f64) -> FilterError {

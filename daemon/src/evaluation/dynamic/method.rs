@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::dead_reckoning::{Preparation, integrate};
-use super::filtered::{FilterError, Standstills, follow};
+use super::filtered::{FilterError, Variant, follow};
 use super::run::Heard;
 use super::track::Track;
 
@@ -21,16 +21,19 @@ pub enum Method {
     LodestoneUnaided,
     /// Lodestone's filter as it is shipped.
     Lodestone,
+    /// The same with a calibration of the unit.
+    LodestoneCalibrated,
 }
 
 impl Method {
     /// All of them, in the order of the paper's sentence.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Raw,
         Self::OffsetCorrected,
         Self::LowPassed,
         Self::LodestoneUnaided,
         Self::Lodestone,
+        Self::LodestoneCalibrated,
     ];
 
     /// What it makes of what was heard.
@@ -42,8 +45,9 @@ impl Method {
             Self::Raw => Ok(integrate(heard, Preparation::Raw)),
             Self::OffsetCorrected => Ok(integrate(heard, Preparation::Offset)),
             Self::LowPassed => Ok(integrate(heard, Preparation::OffsetAndLowPass)),
-            Self::LodestoneUnaided => follow(heard, Standstills::Unused),
-            Self::Lodestone => follow(heard, Standstills::Used),
+            Self::LodestoneUnaided => follow(heard, Variant::Unaided),
+            Self::Lodestone => follow(heard, Variant::AsShipped),
+            Self::LodestoneCalibrated => follow(heard, Variant::Calibrated),
         }
     }
 }

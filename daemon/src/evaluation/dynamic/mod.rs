@@ -1,11 +1,11 @@
 //! The paper's dynamic part, measured again in the synthetic world.
 //!
 //! ```text
-//! scene ─> run ─┬─ heard ─> method ─> track ─┐
-//!               └─ truth ────────────────────┴─> errors ─> noise, drift, stairs ─> report
+//! unit ──┬─> run ─┬─ heard ─> method ─> track ─┐
+//! scene ─┘        └─ truth ────────────────────┴─> errors ─> noise, drift, stairs ─> report
 //! ```
 //!
-//! Every run has another unit of the camera (biases, noise) and another walker. A method sees what
+//! Every run has another unit of the camera (biases, calibration, noise) and another walker. A method sees what
 //! was heard; the truth is for scores alone.
 
 pub mod dead_reckoning;
@@ -17,6 +17,7 @@ pub mod noise;
 pub mod run;
 pub mod stairs;
 pub mod track;
+pub mod unit;
 
 use serde::Serialize;
 
@@ -27,6 +28,7 @@ use self::noise::Noise;
 use self::run::Run;
 use self::stairs::{Drawn, Stairs};
 use self::track::Track;
+use self::unit::Unit;
 use super::place::{Place, ScenarioError, dynamic_scenes};
 use super::recording::RecordingError;
 use crate::service::signals::StopFlag;
@@ -88,6 +90,15 @@ pub struct Conditions<'a> {
     pub progress: &'a dyn Fn(&str),
 }
 
+impl Conditions<'_> {
+    /// Tells of every fourth part.
+    fn tell(&self, what: &str, number: u32) {
+        if number.is_multiple_of(self.runs.div_ceil(4)) {
+            (self.progress)(&format!("{what}: run {} of {}", number + 1, self.runs));
+        }
+    }
+}
+
 /// Evaluates all scenes.
 ///
 /// # Errors
@@ -95,15 +106,25 @@ pub struct Conditions<'a> {
 pub fn evaluate(conditions: Conditions<'_>) -> Result<DynamicResult, DynamicError> {
     let scenes = dynamic_scenes()?;
     let [rest, walk, stairs, halting] = &scenes[..] else { return Err(too_short("dynamic")) };
-    let (at_rest, noise) = drift_in(rest, conditions)?;
+    let units = units(rest, conditions)?;
+    let (at_rest, noise) = drift_in(rest, &units, conditions)?;
     Ok(DynamicResult {
         runs: conditions.runs,
         noise: noise.ok_or_else(|| too_short(&rest.name))?,
         at_rest,
-        in_motion: drift_in(walk, conditions)?.0,
-        stairs: stairs_in(stairs, conditions)?,
-        stairs_halting: stairs_in(halting, conditions)?,
+        in_motion: drift_in(walk, &units, conditions)?.0,
+        stairs: stairs_in(stairs, &units, conditions)?,
+        stairs_halting: stairs_in(halting, &units, conditions)?,
     })
+}
+
+/// The units of all runs, calibrated.
+fn units(scene: &Place, conditions: Conditions<'_>) -> Result<Vec<Unit>, RecordingError> {
+    let drawn = |number| {
+        conditions.tell("calibration", number);
+        Unit::drawn(scene, (conditions.seed, number), conditions.stop)
+    };
+    (0..conditions.runs).map(drawn).collect()
 }
 
 fn too_short(scene: &str) -> DynamicError {
@@ -113,11 +134,12 @@ fn too_short(scene: &str) -> DynamicError {
 /// How positions drift in a scene, and what the sensors of its first run show.
 fn drift_in(
     scene: &Place,
+    units: &[Unit],
     conditions: Conditions<'_>,
 ) -> Result<(Drift, Option<Noise>), DynamicError> {
     let mut errors = Vec::new();
     let mut noise = None;
-    each_run(scene, conditions, |number, run, tracks| {
+    each_run(scene, units, conditions, |number, run, tracks| {
         errors.push(tracks.iter().map(|track| track.errors(&run.truth)).collect());
         if number == 0 {
             noise = Noise::of(&run);
@@ -128,10 +150,14 @@ fn drift_in(
 }
 
 /// What becomes of a walk on stairs.
-fn stairs_in(scene: &Place, conditions: Conditions<'_>) -> Result<Stairs, DynamicError> {
+fn stairs_in(
+    scene: &Place,
+    units: &[Unit],
+    conditions: Conditions<'_>,
+) -> Result<Stairs, DynamicError> {
     let mut scores = Vec::new();
     let mut drawn = Drawn::default();
-    each_run(scene, conditions, |number, run, tracks| {
+    each_run(scene, units, conditions, |number, run, tracks| {
         let walk = Drawn::until_return(run.truth, tracks)?;
         scores.push(walk.scores()?);
         if number == 0 {
@@ -146,15 +172,15 @@ fn stairs_in(scene: &Place, conditions: Conditions<'_>) -> Result<Stairs, Dynami
 /// run that is too short.
 fn each_run(
     scene: &Place,
+    units: &[Unit],
     conditions: Conditions<'_>,
     mut hand_on: impl FnMut(u32, Run, Vec<Track>) -> Option<()>,
 ) -> Result<(), DynamicError> {
-    let Conditions { seed, runs, stop, progress } = conditions;
-    for number in 0..runs {
-        if number % runs.div_ceil(4) == 0 {
-            progress(&format!("{}: run {} of {runs}", scene.name, number + 1));
-        }
-        let run = Run::record(scene, (seed, number), stop)?;
+    let Conditions { seed, stop, .. } = conditions;
+    for unit in units {
+        let number = unit.number();
+        conditions.tell(&scene.name, number);
+        let run = Run::record(scene, unit, seed, stop)?;
         let tracks = tracks(&run, stop)?.map_err(|source| DynamicError::Filter {
             scene: scene.name.clone(),
             run: number + 1,

@@ -82,17 +82,16 @@ impl AtRest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluation::dynamic::unit::Unit;
     use crate::evaluation::place::dynamic_scenes;
     use crate::service::signals::StopFlag;
 
     #[test]
     fn offset_and_noise_are_those_that_the_sensors_were_given() {
-        let mut scene = dynamic_scenes().unwrap().remove(0);
-        let errors = &mut scene.camera.synthetic.as_mut().unwrap().errors;
+        let scene = dynamic_scenes().unwrap().remove(0);
         // Sensor axes: x down, y left, z forward.
-        errors.accel_bias_m_s2 = Some([-0.03, 0.02, 0.01]);
-        errors.gyro_bias_rad_s = Some([-3e-3, 2e-3, 1e-3]);
-        let run = Run::record(&scene, (1, 0), &StopFlag::new()).unwrap();
+        let unit = Unit::with_biases(0, [-3e-3, 2e-3, 1e-3], [-0.03, 0.02, 0.01]);
+        let run = Run::record(&scene, &unit, 1, &StopFlag::new()).unwrap();
         let noise = Noise::of(&run).unwrap();
         for (axis, expected) in [0.01, 0.02, 0.03].into_iter().enumerate() {
             let found = noise.acceleration.offset[axis];

@@ -1,9 +1,11 @@
 //! One run of a scene: what the sensors said, and, apart from it, what really happened.
 
-use lodestone_config::model::{Camera, World};
+use lodestone_config::Calibration;
+use lodestone_config::model::{Camera, Synthetic, World};
 use lodestone_fusion::{ImuSample, SensorSpan};
 
 use super::track::{Track, TrackPoint};
+use super::unit::Unit;
 use crate::driver::synthetic::TruthSource;
 use crate::evaluation::place::Place;
 use crate::evaluation::recording::{Purpose, RecordingError, record};
@@ -21,6 +23,8 @@ pub struct Heard {
     pub camera: Camera,
     /// The place's configuration.
     pub world: World,
+    /// The unit's calibration; or why there is none.
+    pub calibration: Result<Calibration, String>,
     /// What the driver delivered.
     pub readings: Vec<Reading>,
     /// The same in body axes, one for each reading.
@@ -43,22 +47,25 @@ pub struct Run {
 }
 
 impl Heard {
-    /// Splits readings of a camera into a rest of `rest_s` and what comes then.
-    pub fn new(
-        place: (&Camera, &World),
-        readings: Vec<Reading>,
-        rest_s: f64,
-        rate_hz: f64,
-    ) -> Self {
-        let (camera, world) = (place.0.clone(), place.1.clone());
+    /// Splits readings of a camera into the rest that its scene begins with and what comes then.
+    fn new(scene: &Place, unit: &Unit, readings: Vec<Reading>) -> Self {
+        let camera = scene.camera.clone();
         let conditioner = Conditioner::new(camera.axes(), None);
         let samples: Vec<ImuSample> =
             readings.iter().map(|reading| conditioner.condition(reading)).collect();
-        let rest = SensorSpan::from_secs_f64(rest_s);
+        let rest = SensorSpan::from_secs_f64(scene.synthetic().rest_s);
         let in_rest = |sample: &ImuSample| sample.time - samples[0].time < rest;
         let begin = samples.partition_point(in_rest);
-        let instants = (begin..samples.len()).step_by(COMPARED_EVERY).collect();
-        Self { camera, world, readings, samples, rate_hz, begin, instants }
+        Self {
+            rate_hz: camera.model.nominal_rate_hz(),
+            camera,
+            world: scene.world.clone(),
+            calibration: unit.calibration.clone(),
+            readings,
+            begin,
+            instants: (begin..samples.len()).step_by(COMPARED_EVERY).collect(),
+            samples,
+        }
     }
 
     /// Seconds from the end of the rest to a sample.
@@ -68,21 +75,21 @@ impl Heard {
 }
 
 impl Run {
-    /// Records the n-th run of a scene.
+    /// Sends a unit through a scene.
     ///
     /// # Errors
     /// If the synthetic world cannot be made, or somebody asked to stop.
     pub fn record(
         scene: &Place,
-        (seed, number): (u64, u32),
+        unit: &Unit,
+        seed: u64,
         stop: &StopFlag,
     ) -> Result<Self, RecordingError> {
         let mut readings: Vec<Reading> = Vec::new();
-        let purpose = (Purpose::Run(number), seed);
-        let truth = record(scene, purpose, |_| {}, &mut readings, stop)?;
-        let rest_s = scene.synthetic().rest_s;
-        let rate_hz = scene.camera.model.nominal_rate_hz();
-        let heard = Heard::new((&scene.camera, &scene.world), readings, rest_s, rate_hz);
+        let purpose = (Purpose::Run(unit.number()), seed);
+        let equip = |synthetic: &mut Synthetic| unit.equip(synthetic);
+        let truth = record(scene, purpose, equip, &mut readings, stop)?;
+        let heard = Heard::new(scene, unit, readings);
         let truth = true_track(&heard, &truth);
         Ok(Self { heard, truth })
     }
@@ -108,7 +115,10 @@ mod tests {
     #[test]
     fn a_run_begins_with_rest_and_another_number_is_another_run() {
         let scene = &dynamic_scenes().unwrap()[2];
-        let run = |number| Run::record(scene, (1, number), &StopFlag::new()).unwrap();
+        let run = |number| {
+            let unit = Unit::with_biases(number, [0.0; 3], [0.0; 3]);
+            Run::record(scene, &unit, 1, &StopFlag::new()).unwrap()
+        };
         let first = run(0);
         let heard = &first.heard;
         assert!((heard.samples[heard.begin].time - heard.samples[0].time).as_secs_f64() >= 10.0);

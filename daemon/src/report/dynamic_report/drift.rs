@@ -5,13 +5,13 @@ use super::super::plot::{Axis, Plot};
 use super::super::scale::{Scale, Tick};
 use super::Context;
 use super::format::{length, lengths};
-use super::method::{class, legend_of_all, name};
+use super::method::{class, emphasis, legend_of_all, name};
 use crate::evaluation::dynamic::DynamicResult;
 use crate::evaluation::dynamic::drift::{Drift, MethodDrift, TABLE_S};
 use crate::evaluation::dynamic::method::Method;
 
 /// Methods whose spread is drawn; more bands would hide each other.
-const WITH_BAND: [Method; 3] = [Method::Raw, Method::OffsetCorrected, Method::Lodestone];
+const WITH_BAND: [Method; 3] = [Method::Raw, Method::OffsetCorrected, Method::LodestoneCalibrated];
 
 pub(super) fn markup(result: &DynamicResult, context: &Context) -> String {
     let (rest, motion) = (&result.at_rest, &result.in_motion);
@@ -36,7 +36,7 @@ pub(super) fn markup(result: &DynamicResult, context: &Context) -> String {
         + &compared(result)
 }
 
-/// The decades of both scenes, so that their axes agree; less than a tenth of a millimetre is nothing.
+/// The decades of both scenes, so that their axes agree; a few micrometres are nothing.
 fn scale(drifts: &[&Drift]) -> Scale {
     let points = drifts.iter().flat_map(|d| &d.methods).flat_map(|m| &m.curve);
     let values = points.flat_map(|p| [p.error_m.low, p.error_m.high]);
@@ -44,7 +44,7 @@ fn scale(drifts: &[&Drift]) -> Scale {
 }
 
 /// The lower end of the axis, m.
-const LEAST_M: f64 = 1.0e-4;
+const LEAST_M: f64 = 3.0e-6;
 
 fn chart(heading: &str, drift: &Drift, y: Scale) -> String {
     let x = Axis {
@@ -78,7 +78,7 @@ fn numbers(drift: &Drift) -> String {
 }
 
 fn row(drift: &MethodDrift) -> String {
-    let best = if drift.method == Method::Lodestone { " class=\"best\"" } else { "" };
+    let best = emphasis(drift.method);
     let cells = drift.table.iter().map(|p| format!("<td{best}>{}</td>", lengths(&p.error_m)));
     format!("<tr><th scope=\"row\">{}</th>{}</tr>\n", name(drift.method), cells.collect::<String>())
 }
@@ -89,14 +89,14 @@ fn compared(result: &DynamicResult) -> String {
         found.map_or_else(|| "–".to_owned(), length)
     };
     let row = |drift: &Drift| {
-        [Method::Raw, Method::OffsetCorrected, Method::LowPassed, Method::Lodestone]
+        [Method::Raw, Method::OffsetCorrected, Method::LowPassed, Method::LodestoneCalibrated]
             .map(|method| at(drift, method, 60.0))
             .join(" → ")
     };
     beside(
         "States the three steps in words, without numbers, and only announces the filters.",
         &format!(
-            "After a minute, raw → offset-corrected → low-pass → Lodestone: at rest {}, carried {}.",
+            "After a minute, raw → offset-corrected → low-pass → Lodestone, calibrated: at rest {}, carried {}.",
             row(&result.at_rest),
             row(&result.in_motion)
         ),
@@ -106,6 +106,7 @@ fn compared(result: &DynamicResult) -> String {
         "Integrating twice is itself a low-pass; what drifts is what lasts. An offset of the gyroscope tilts \
          gravity, and the error grows with t³; what is left of an accelerometer’s offset grows with t². The \
          filter estimates both with their uncertainty, levels by gravity, and takes each standstill that it \
-         finds for what it is. It is given no position.",
+         finds for what it is. It is given no position. \
+         (A synthetic tripod stands without the least vibration; a real one is not good to micrometres.)",
     )
 }

@@ -11,7 +11,8 @@ pub(super) const fn class(method: Method) -> &'static str {
         Method::OffsetCorrected => "paper",
         Method::LowPassed => "paper dashed",
         Method::LodestoneUnaided => "ours dashed",
-        Method::Lodestone => "ours heavy",
+        Method::Lodestone => "ours",
+        Method::LodestoneCalibrated => "ours heavy",
     }
 }
 
@@ -23,6 +24,7 @@ pub(in crate::report) const fn name(method: Method) -> &'static str {
         Method::LowPassed => "low-pass",
         Method::LodestoneUnaided => "Lodestone, no standstills",
         Method::Lodestone => "Lodestone",
+        Method::LodestoneCalibrated => "Lodestone, calibrated",
     }
 }
 
@@ -34,7 +36,13 @@ const fn meaning(method: Method) -> &'static str {
         Method::LowPassed => "the same through a low-pass of 10 Hz",
         Method::LodestoneUnaided => "its filter on its own",
         Method::Lodestone => "its filter as shipped",
+        Method::LodestoneCalibrated => "with <code>lodestoned calibrate</code> before",
     }
+}
+
+/// The attribute of cells that matter most: Lodestone as it should be used.
+pub(in crate::report) fn emphasis(method: Method) -> &'static str {
+    if method == Method::LodestoneCalibrated { " class=\"best\"" } else { "" }
 }
 
 /// All methods with their lines.

@@ -12,7 +12,7 @@ mod stairs_numbers;
 mod text;
 
 pub(super) use format::length;
-pub(super) use method::name;
+pub(super) use method::{emphasis, name};
 pub(super) use text::tables;
 
 use super::page::{list, section};
@@ -68,8 +68,7 @@ fn harmonic(result: &DynamicResult, context: &Context) -> String {
 pub(super) fn method_notes() -> String {
     list(&[
         "Every run has another unit of the camera (biases at switch-on, noise) and another walker (heading, \
-         pace, habits), all drawn from the seed. The magnetometer is as a calibration leaves it, 0.4 µT of \
-         hard iron and 1/f noise. Each scene begins with ten seconds of rest; time and positions count from \
+         pace, habits), all drawn from the seed. The magnetometer has 0.4 µT of hard iron and 1/f noise. Each scene begins with ten seconds of rest; time and positions count from \
          its end."
             .into(),
         "All integrations start with the attitude that the rest gives: up by the mean acceleration, north by \
@@ -80,7 +79,10 @@ pub(super) fn method_notes() -> String {
             .into(),
         "Lodestone is the lane of the daemon, fed with the same readings, with the defaults of a \
          configuration. It hears samples alone. In “no standstills” its zero-velocity and zero-rate updates \
-         are switched off when the rest ends."
+         are switched off when the rest ends. “Calibrated” has in addition what <code>lodestoned \
+         calibrate</code> made of a recording of the same unit, turned by hand for 80 s: chiefly the \
+         accelerometer’s offsets, and the magnetometer’s. The integrations know only the rest, as the \
+         paper’s offset does."
             .into(),
         "The truth is used for scores, to lay the drawing along the stairs, and to say when the walker is back \
          at the bottom. Position errors are of the displacement since the rest; a heading that is wrong \

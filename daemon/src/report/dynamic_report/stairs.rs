@@ -84,12 +84,13 @@ impl<'a> Column<'a> {
 
 fn columns(result: &DynamicResult) -> Vec<Column<'_>> {
     let (on, halting) = (&result.stairs, &result.stairs_halting);
+    let calibrated = Method::LodestoneCalibrated;
     let alone = ("Lodestone on its own", "no standstill counts");
     let columns = [
         Column::of(("Raw", "samples integrated as they come"), on, Method::Raw),
         Column::of(("Offset-corrected", "mean of a rest taken off"), on, Method::OffsetCorrected),
         Column::of(alone, on, Method::LodestoneUnaided),
-        Column::of(("Lodestone", "halts on each landing"), halting, Method::Lodestone),
+        Column::of(("Lodestone, calibrated", "halts on each landing"), halting, calibrated),
     ];
     columns.into_iter().flatten().collect()
 }
@@ -133,9 +134,9 @@ fn heading(column: &Column<'_>, view: &View, reach: f64) -> String {
         return format!("{}, {}", column.name, view.name);
     }
     let end = length(column.end_error_m());
-    let left = column.leaves_at(reach).map_or_else(String::new, |time_s| {
-        format!(", more than {} off after {time_s:.0} s", length(reach.round()))
-    });
+    let left = column
+        .leaves_at(reach)
+        .map_or_else(String::new, |time_s| format!(", beyond {reach:.0} m after {time_s:.0} s"));
     format!("{}<small>{}; at the end {end} off{left}</small>", column.name, column.note)
 }
 

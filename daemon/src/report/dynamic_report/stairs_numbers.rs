@@ -3,7 +3,7 @@
 use super::super::page::{beside, paragraph, table};
 use super::super::scale::signed;
 use super::format::{length, lengths, numbers};
-use super::method::name;
+use super::method::{emphasis, name};
 use crate::evaluation::dynamic::DynamicResult;
 use crate::evaluation::dynamic::method::Method;
 use crate::evaluation::dynamic::stairs::{Stairs, StairsScore};
@@ -28,7 +28,7 @@ pub(super) fn scores(result: &DynamicResult) -> String {
 }
 
 fn row(score: &StairsScore) -> String {
-    let best = if score.method == Method::Lodestone { " class=\"best\"" } else { "" };
+    let best = emphasis(score.method);
     let mut cells =
         vec![lengths(&score.rms_m), lengths(&score.end_m), lengths(&score.end_height_m)];
     cells.extend(score.orientation_rms_deg.iter().map(|q| numbers(q, 2)));
@@ -42,16 +42,16 @@ pub(super) fn compared(result: &DynamicResult) -> String {
         let score = stairs.of_method(method);
         score.map_or_else(|| "–".to_owned(), |score| length(score.rms_m.median))
     };
-    let steps = [Method::Raw, Method::OffsetCorrected, Method::LodestoneUnaided, Method::Lodestone]
-        .map(|method| rms(&result.stairs, method))
-        .join(" → ");
+    let steps = Method::ALL.into_iter().filter(|method| *method != Method::LowPassed);
+    let steps: Vec<String> = steps.map(|method| rms(&result.stairs, method)).collect();
+    let steps = steps.join(" → ");
     beside(
         "One section of a walk on stairs, red dots and black arrows, without a truth, a scale or numbers. It \
          “shows inaccuracies of sensor orientation (black arrows)”.",
         &format!(
             "The whole walk against the truth. Position, RMS, median: raw → offset-corrected → Lodestone on \
-             its own → Lodestone {steps}; where the walker halts on each landing {}.",
-            rms(&result.stairs_halting, Method::Lodestone)
+             its own → with standstills → calibrated {steps}; where the walker halts on each landing {}.",
+            rms(&result.stairs_halting, Method::LodestoneCalibrated)
         ),
         "Our offset-corrected arrows are right and its dots are not: over a minute the orientation is the \
          easy part. Lodestone on its own drifts as well; what keeps it on the stairs are standstills, which it \

@@ -58,7 +58,9 @@ fn stairs(result: &DynamicResult) -> String {
     for method in Method::ALL {
         add(name(method), &result.stairs, method);
     }
-    add("Lodestone, halts on landings", &result.stairs_halting, Method::Lodestone);
+    let halting = &result.stairs_halting;
+    add("Lodestone, halts on landings", halting, Method::Lodestone);
+    add("calibrated, halts on landings", halting, Method::LodestoneCalibrated);
     lined_up(&rows) + &format!("medians of {} runs\n", result.runs)
 }
 

@@ -5,7 +5,7 @@ use crate::evaluation::dynamic::DynamicResult;
 use crate::evaluation::dynamic::drift::Drift;
 use crate::evaluation::dynamic::method::Method;
 use crate::evaluation::dynamic::stairs::Stairs;
-use crate::report::dynamic_report::{length, name};
+use crate::report::dynamic_report::{emphasis, length, name};
 use crate::report::page::{list, table};
 use crate::report::scale::signed;
 use crate::report::static_report::StaticReport;
@@ -83,7 +83,7 @@ fn of_double_integration(result: &DynamicResult) -> String {
     };
     format!(
         "<b>Double integration.</b> The paper’s sentence holds in numbers: position error after a minute, raw \
-         → offset-corrected → low-pass → Lodestone, is at rest {}, carried through a room {}. The offset \
+         → offset-corrected → low-pass → Lodestone (calibrated), is at rest {}, carried through a room {}. The offset \
          counts, the filter counts; the low-pass alone quietens the samples and leaves the drift.",
         chain(&result.at_rest),
         chain(&result.in_motion)
@@ -96,12 +96,13 @@ fn of_stairs(result: &DynamicResult) -> String {
     };
     format!(
         "<b>Stairs.</b> Position error (RMS of the walk, median): raw {}, offset-corrected {}, Lodestone {} \
-         with one rest at the top, {} if the walker halts on each landing. It drifts from one standstill to \
+         with one rest at the top, calibrated {}, and {} if the walker halts on each landing. It drifts from one standstill to \
          the next, as everything inertial does.",
         length(rms(&result.stairs, Method::Raw)),
         length(rms(&result.stairs, Method::OffsetCorrected)),
         length(rms(&result.stairs, Method::Lodestone)),
-        length(rms(&result.stairs_halting, Method::Lodestone)),
+        length(rms(&result.stairs, Method::LodestoneCalibrated)),
+        length(rms(&result.stairs_halting, Method::LodestoneCalibrated)),
     )
 }
 
@@ -126,7 +127,7 @@ fn positions(result: &DynamicResult) -> String {
     let head: String = Method::ALL.iter().map(|m| format!("<th>{}</th>", name(*m))).collect();
     let row = |label: &str, figure: &dyn Fn(Method) -> f64| {
         let cell = |method: &Method| {
-            let class = if *method == Method::Lodestone { " class=\"best\"" } else { "" };
+            let class = emphasis(*method);
             format!("<td{class}>{}</td>", length(figure(*method)))
         };
         let cells: String = Method::ALL.iter().map(cell).collect();
