@@ -59,6 +59,14 @@ impl Drift {
         }
     }
 
+    /// Whether the paper's sentence holds after a time of the table: raw is worst, taking off the offset
+    /// helps, and Lodestone's filter helps further.
+    pub fn order_holds(&self, time_s: f64) -> bool {
+        let at = |method| self.of_method(method).and_then(|drift| drift.median_at(time_s));
+        let errors = [Method::Raw, Method::OffsetCorrected, Method::Lodestone].map(at);
+        matches!(errors, [Some(raw), Some(corrected), Some(ours)] if raw > corrected && corrected > ours)
+    }
+
     /// A method's drift.
     pub fn of_method(&self, method: Method) -> Option<&MethodDrift> {
         self.methods.iter().find(|drift| drift.method == method)
@@ -107,6 +115,7 @@ mod tests {
         let raw = drift.of_method(Method::Raw).unwrap();
         assert_eq!(raw.table.len(), TABLE_S.len());
         assert!((raw.median_at(10.0).unwrap() - 30.0).abs() < 1e-9);
+        assert!(!drift.order_holds(10.0), "all are alike");
         assert!(raw.curve.windows(2).all(|w| w[0].time_s < w[1].time_s));
         assert!(raw.curve.iter().all(|p| (p.error_m.median / p.time_s - 3.0).abs() < 0.2));
     }

@@ -100,9 +100,16 @@ fn compared(result: &DynamicResult) -> String {
             row(&result.at_rest),
             row(&result.in_motion)
         ),
-        "The order holds, except that the low-pass alone improves the noise and not the position. \
-         For some seconds in motion the offset-corrected integration is as good as the filter: a tilt and an \
-         accelerometer’s offset cannot be told apart until the camera has turned or stood.",
+        &format!(
+            "{} The low-pass alone improves the noise and not the position. For the first seconds in motion the \
+             filter is no better than the offset-corrected integration: a tilt and an accelerometer’s offset \
+             cannot be told apart until the camera has turned or stood.",
+            if result.at_rest.order_holds(60.0) && result.in_motion.order_holds(60.0) {
+                "The paper’s order holds."
+            } else {
+                "In these runs the paper’s order does not hold."
+            }
+        ),
         "Integrating twice is itself a low-pass; what drifts is what lasts. An offset of the gyroscope tilts \
          gravity, and the error grows with t³; what is left of an accelerometer’s offset grows with t². The \
          filter estimates both with their uncertainty, levels by gravity, and takes each standstill that it \

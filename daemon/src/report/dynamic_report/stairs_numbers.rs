@@ -54,8 +54,9 @@ pub(super) fn compared(result: &DynamicResult) -> String {
             rms(&result.stairs_halting, Method::LodestoneCalibrated)
         ),
         "Our offset-corrected arrows are right and its dots are not: over a minute the orientation is the \
-         easy part. Lodestone on its own drifts as well; what keeps it on the stairs are standstills, which it \
-         finds by itself. No aid of this page comes from the truth.",
+         easy part. Lodestone on its own drifts as well; what brings it back are standstills, which it finds by \
+         itself. A calibration of the unit makes the orientation better and the position hardly: what limits \
+         it is the tilt, levelled in motion. No aid of this page comes from the truth.",
         "Where the walker turns round, an accelerometer’s offset that rest had hidden in the tilt turns with \
          the camera, and counts twice. A standstill tells the velocity again, and through it the tilt; \
          without one the error of a tilt of 0.2° is 0.034 m/s², half a metre after 5 s and seven after 20 s.",
@@ -97,13 +98,13 @@ pub(super) fn harmony(stairs: &Stairs) -> String {
          result from noise behaviour and sensitivity of the measured angular velocity.”",
         &format!(
             "The stride explains {} % of the true roll, {} % of Lodestone’s and {} % of the raw \
-             integral’s; amplitudes agree with the truth.",
+             integral’s.",
             signed(100.0 * stairs.true_explained[0].median, 1),
             signed(roll(Method::Lodestone), 1),
             signed(roll(Method::Raw), 1)
         ),
-        "The progression is harmonic, filtered or not. The raw one lies on a drift of some degrees. The \
-         low-pass makes orientation worse, not better: it delays it, here by 22 ms.",
+        "Filtered or not, the estimate is as harmonic as the truth; the raw one lies on a drift of some \
+         degrees. The low-pass makes orientation worse, not better: it delays it, here by 22 ms.",
         "At the noise that the maker states, a stride’s integral of the gyroscope is noisy by a \
          hundredth of a degree, against a swing of three. So noise does not explain the paper’s result; an \
          offset, or a walker who looks about as real ones do, would. Our walker swings harmonically by \

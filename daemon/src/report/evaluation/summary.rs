@@ -81,10 +81,12 @@ fn of_double_integration(result: &DynamicResult) -> String {
         let methods = [Method::Raw, Method::OffsetCorrected, Method::LowPassed, Method::Lodestone];
         methods.map(|method| length(median_at(drift, method, 60.0))).join(" → ")
     };
+    let holds = result.at_rest.order_holds(60.0) && result.in_motion.order_holds(60.0);
+    let verdict = if holds { "holds" } else { "does not hold" };
     format!(
-        "<b>Double integration.</b> The paper’s sentence holds in numbers: position error after a minute, raw \
-         → offset-corrected → low-pass → Lodestone (calibrated), is at rest {}, carried through a room {}. The offset \
-         counts, the filter counts; the low-pass alone quietens the samples and leaves the drift.",
+        "<b>Double integration.</b> The paper’s sentence {verdict} in numbers: position error after a minute, raw \
+         → offset-corrected → low-pass → Lodestone (calibrated), is at rest {}, carried through a room {}. The \
+         low-pass alone quietens the samples and leaves the drift.",
         chain(&result.at_rest),
         chain(&result.in_motion)
     )
@@ -111,7 +113,7 @@ fn of_harmony(result: &DynamicResult) -> String {
     let Some(ours) = stairs.of_method(Method::Lodestone) else { return String::new() };
     let rms = ours.orientation_rms_deg.map(|q| signed(q.median, 2));
     format!(
-        "<b>Orientation.</b> The walker’s swing, which the paper did not find, is there: the stride explains \
+        "<b>Orientation.</b> The walker’s swing, which the paper expected and did not find: the stride explains \
          {} % of Lodestone’s roll on a flight, and {} % of the true one. RMS errors of roll, pitch and yaw are \
          {}°, {}° and {}°.",
         signed(100.0 * ours.explained[0].median, 1),

@@ -85,7 +85,7 @@ impl StaticReport {
         }
         markup
             + &comparison::figure_of(&self.places)
-            + &notes::stability_beside()
+            + &notes::stability_beside(&self.places)
             + &notes::comparable()
     }
 }
