@@ -55,8 +55,7 @@ pub(super) fn compared(result: &DynamicResult) -> String {
         ),
         "Our offset-corrected arrows are right and its dots are not: over a minute the orientation is the \
          easy part. Lodestone on its own drifts as well; what brings it back are standstills, which it finds by \
-         itself. A calibration of the unit makes the orientation better and the position hardly: what limits \
-         it is the tilt, levelled in motion. No aid of this page comes from the truth.",
+         itself. A calibration of the unit helps the orientation more than the position. No aid of this page comes from the truth.",
         "Where the walker turns round, an accelerometer’s offset that rest had hidden in the tilt turns with \
          the camera, and counts twice. A standstill tells the velocity again, and through it the tilt; \
          without one the error of a tilt of 0.2° is 0.034 m/s², half a metre after 5 s and seven after 20 s.",
