@@ -95,7 +95,8 @@ fn text(calibration: &Calibration) -> Result<String, WriteError> {
     Ok(text)
 }
 
-fn calibration(serial: u64, mounting: Option<String>, outcome: &Outcome) -> Calibration {
+/// The file's content.
+pub(crate) fn calibration(serial: u64, mounting: Option<String>, outcome: &Outcome) -> Calibration {
     Calibration {
         serial,
         date: today(),
