@@ -38,6 +38,8 @@ pub enum Command {
     Evaluate(EvaluateCommand),
     /// Find the errors of a camera's sensors while it is turned, or from a recording
     Calibrate(CalibrateArgs),
+    /// Be the depth source of synthetic cameras: publish clouds of what they see of the scene
+    Depth(DepthArgs),
 }
 
 /// What can be evaluated.
@@ -74,6 +76,18 @@ pub struct StaticArgs {
 /// Options of `run`.
 #[derive(Clone, Debug, Default, Args)]
 pub struct RunArgs {
+    /// Stop after this many seconds
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub duration: Option<Duration>,
+}
+
+/// Options of `depth`.
+#[derive(Clone, Debug, Args)]
+pub struct DepthArgs {
+    /// Synthetic camera of the configuration; repeatable
+    #[arg(long, value_name = "NAME", required = true)]
+    pub camera: Vec<String>,
+
     /// Stop after this many seconds
     #[arg(long, value_name = "S", value_parser = duration)]
     pub duration: Option<Duration>,
@@ -262,6 +276,9 @@ mod tests {
             "lodestoned calibrate a.csv --serial 9223372036854775808",
             "lodestoned calibrate --camera 7 --sigma 0",
             "lodestoned calibrate --camera 7 --sigma nan",
+            "lodestoned depth",
+            "lodestoned depth --camera",
+            "lodestoned depth --camera front --duration 0",
             "lodestoned fly",
         ] {
             assert_eq!(parse(line).unwrap_err().exit_code(), 2, "{line}");

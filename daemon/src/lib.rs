@@ -22,6 +22,8 @@ pub mod recording;
 pub mod report;
 pub mod rig;
 pub mod ring;
+pub mod scene;
+mod seqlock;
 pub mod service;
 pub mod source;
 pub mod status_board;

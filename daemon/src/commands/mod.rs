@@ -2,6 +2,7 @@
 
 pub mod calibrate;
 pub mod check;
+pub mod depth;
 pub mod evaluate;
 pub mod replay;
 pub mod run;
@@ -39,6 +40,9 @@ pub enum CommandError {
     /// Evaluating failed.
     #[error(transparent)]
     Evaluate(#[from] evaluate::EvaluateError),
+    /// There is no depth source.
+    #[error(transparent)]
+    Depth(#[from] depth::DepthError),
 }
 
 impl CommandError {
@@ -50,6 +54,7 @@ impl CommandError {
             Self::Calibrate(e) => e.exit_code(),
             Self::Replay(e) => e.exit_code(),
             Self::Evaluate(e) => e.exit_code(),
+            Self::Depth(e) => e.exit_code(),
         }
     }
 }
@@ -75,6 +80,10 @@ pub fn execute(cli: &Cli) -> Result<(), CommandError> {
             Ok(evaluate::evaluate(cli.config.as_deref(), command)?)
         }
         Some(Command::Calibrate(args)) => execute_calibrate(cli, args),
+        Some(Command::Depth(args)) => {
+            logging::init(cli.log.as_deref(), None)?;
+            Ok(depth::depth(&load(cli.config.as_deref())?, args)?)
+        }
     }
 }
 

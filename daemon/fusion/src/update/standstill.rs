@@ -197,6 +197,9 @@ pub(crate) fn restart_leaky_velocity(state: &mut State, sigma_m_s: f64) {
     state.leaky_velocity = DVec3::ZERO;
     let variance = DMat3::from_diagonal(DVec3::splat(sigma_m_s * sigma_m_s));
     state.covariance.set_independent(LEAKY_VELOCITY, variance);
+    if let Some(tie) = &mut state.tie {
+        (0..3).for_each(|k| tie.shares.scale(LEAKY_VELOCITY.0 + k, 0.0));
+    }
 }
 
 /// The mean rate over the window, rad/s in the body, is the bias.
