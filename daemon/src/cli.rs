@@ -132,6 +132,15 @@ pub struct DynamicOptions {
     /// Runs of each scene, each with another unit of the camera and another walker
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub runs: u32,
+
+    /// Recording with a truth (columns qw qx qy qz, or px py), .csv or .csv.zst, to score as well;
+    /// repeatable
+    #[arg(long, value_name = "FILE")]
+    pub recording: Vec<PathBuf>,
+
+    /// What carried the recorded sensors
+    #[arg(long, value_enum, value_name = "PRESET", default_value = "carried")]
+    pub preset: PresetArg,
 }
 
 /// Options of `run`.

@@ -4,7 +4,12 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::cli::{DynamicOptions, EvaluateArgs, EvaluatePart, ReportArgs, StaticOptions};
+use lodestone_config::model::Preset;
+
+use crate::cli::{
+    DynamicOptions, EvaluateArgs, EvaluatePart, PresetArg, ReportArgs, StaticOptions,
+};
+use crate::evaluation::dynamic::recorded::RecordedError;
 use crate::evaluation::dynamic::{self, Conditions, DynamicError, DynamicResult};
 use crate::evaluation::place::{Place, ScenarioError, places};
 use crate::evaluation::recording::RecordingError;
@@ -55,6 +60,7 @@ impl EvaluateError {
             Self::Config
             | Self::Scenario(_)
             | Self::Rest(RecordingError::World { .. })
+            | Self::Dynamic(DynamicError::Recorded(RecordedError::NothingToScore(_)))
             | Self::Static(
                 StaticError::Field { .. }
                 | StaticError::NoReadings { .. }
@@ -145,8 +151,22 @@ fn measure_dynamic(
     options: &DynamicOptions,
     stop: &StopFlag,
 ) -> Result<DynamicResult, EvaluateError> {
-    let conditions = Conditions { seed, runs: options.runs, stop, progress: &progress };
+    let conditions = Conditions {
+        seed,
+        runs: options.runs,
+        recordings: &options.recording,
+        preset: preset_of(options.preset),
+        stop,
+        progress: &progress,
+    };
     Ok(dynamic::evaluate(conditions)?)
+}
+
+const fn preset_of(asked: PresetArg) -> Preset {
+    match asked {
+        PresetArg::Carried => Preset::Carried,
+        PresetArg::Foot => Preset::Foot,
+    }
 }
 
 fn make_directory(path: &Path) -> Result<(), EvaluateError> {

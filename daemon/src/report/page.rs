@@ -1,6 +1,6 @@
 //! The page around tables and charts.
 
-use super::svg::Escaped;
+use super::svg::{Escaped, append};
 
 /// The style of all reports, for light and dark and for print.
 const STYLE: &str = include_str!("style.css");
@@ -70,6 +70,20 @@ pub fn table(head: &str, rows: &str) -> String {
     )
 }
 
+/// Cells of a table's row: `th` or `td` with attributes, each around markup.
+pub fn cells(
+    element: &str,
+    attributes: &str,
+    contents: impl IntoIterator<Item = impl AsRef<str>>,
+) -> String {
+    let mut row = String::new();
+    for content in contents {
+        let content = content.as_ref();
+        append(&mut row, format_args!("<{element}{attributes}>{content}</{element}>"));
+    }
+    row
+}
+
 /// A chart with a name above it.
 pub fn panel(name: &str, chart: &str) -> String {
     format!("<div>\n<p class=\"panel-name\">{name}</p>\n{chart}</div>\n")
@@ -101,7 +115,7 @@ pub(super) mod tests {
         let body = section("a", "1 < 2", &list(&[paragraph("x")]))
             + &beside("a", "b", "c", "d")
             + &legend(&[("k".into(), "w".into())])
-            + &table("<tr><th>h</th></tr>", "<tr><td>x</td></tr>")
+            + &table("<tr><th>h</th></tr>", &format!("<tr>{}</tr>", cells("td", "", ["x", "y"])))
             + &panel("n", "chart");
         let page = page("<b>", &(body + &definitions(&[("a", "b".into())])));
         assert!(page.contains("<title>&lt;b&gt;</title>") && page.contains("<h2>1 &lt; 2</h2>"));

@@ -3,7 +3,7 @@
 //! All variants start from the same attitude, which the rest gives: up is where the mean acceleration
 //! points, north where the mean field does (the paper's one-time initialisation). From there
 //! `R ← R Exp(ω Δt)` and `a = R f + g`, integrated by trapezoid: the paper's eqs.
-//! GyroscopeOrientation, ResultingAcceleration and PositionResultV1 as far as they can be used.
+//! `GyroscopeOrientation`, `ResultingAcceleration` and `PositionResultV1` as far as they can be used.
 
 use glam::{DMat3, DQuat, DVec3};
 use lodestone_fusion::{Accel, Gyro, ImuSample, LowPass, Rotation, so3};
@@ -157,6 +157,9 @@ mod tests {
     use crate::evaluation::dynamic::unit::Unit;
     use crate::evaluation::place::dynamic_scenes;
     use crate::service::signals::StopFlag;
+    use lodestone_fusion::{Body, World};
+
+    type Attitude = Rotation<World, Body>;
 
     /// A run whose sensors have the errors that are asked for.
     fn stairs(noise_scale: f64, gyro_bias: [f64; 3], accel_bias: [f64; 3]) -> Run {
@@ -215,23 +218,19 @@ mod tests {
 
     #[test]
     fn a_rest_gives_the_attitude() {
-        let attitude: Rotation<lodestone_fusion::World, lodestone_fusion::Body> =
-            Rotation::from_yaw_pitch_roll(2.0, 0.3, -0.4);
+        let attitude: Attitude = Rotation::from_yaw_pitch_roll(2.0, 0.3, -0.4);
         let seen = |world: DVec3| attitude.inverse().apply(world);
         let mut rest = Rest {
             accel: seen(DVec3::Z * 9.9),
             gyro: DVec3::ZERO,
             mag: Some(seen(DVec3::new(0.0, 21.0, -43.0))),
         };
-        let found = Rotation::from_quaternion(rest.attitude()).unwrap();
-        assert!((found.quaternion().dot(attitude.quaternion()).abs() - 1.0).abs() < 1e-12);
+        let found =
+            |rest: &Rest| -> Attitude { Rotation::from_quaternion(rest.attitude()).unwrap() };
+        let product = found(&rest).quaternion().dot(attitude.quaternion());
+        assert!((product.abs() - 1.0).abs() < 1e-12);
         rest.mag = None;
-        let (yaw, pitch, roll) =
-            Rotation::<lodestone_fusion::World, lodestone_fusion::Body>::from_quaternion(
-                rest.attitude(),
-            )
-            .unwrap()
-            .to_yaw_pitch_roll();
+        let (yaw, pitch, roll) = found(&rest).to_yaw_pitch_roll();
         assert!(yaw.abs() < 1e-9 && (pitch - 0.3).abs() < 1e-9 && (roll + 0.4).abs() < 1e-9);
     }
 }

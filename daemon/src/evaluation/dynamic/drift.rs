@@ -123,7 +123,9 @@ mod tests {
     #[test]
     fn a_time_that_not_all_runs_reach_has_no_figure() {
         let mut short = run(1.0);
-        short.iter_mut().for_each(|errors| errors.truncate(500));
+        for errors in &mut short {
+            errors.truncate(500);
+        }
         let drift = Drift::of("a", &[run(1.0), short]);
         assert_eq!(drift.methods[0].table.len(), 3);
     }

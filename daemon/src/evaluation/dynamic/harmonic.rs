@@ -114,7 +114,9 @@ fn without_owned(mut values: Vec<f64>, basis: &[Vec<f64>]) -> Vec<f64> {
 /// The vector of unit length; `None` if rounding is all that is left of it.
 fn unit(mut vector: Vec<f64>) -> Option<Vec<f64>> {
     let length = square(&vector).sqrt();
-    vector.iter_mut().for_each(|value| *value /= length);
+    for value in &mut vector {
+        *value /= length;
+    }
     (length > 1e-9).then_some(vector)
 }
 

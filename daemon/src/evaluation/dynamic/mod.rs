@@ -14,17 +14,22 @@ pub mod filtered;
 pub mod harmonic;
 pub mod method;
 pub mod noise;
+pub mod recorded;
 pub mod run;
 pub mod stairs;
 pub mod track;
 pub mod unit;
 
+use std::path::PathBuf;
+
+use lodestone_config::model::Preset;
 use serde::Serialize;
 
 use self::drift::Drift;
 use self::filtered::FilterError;
 use self::method::Method;
 use self::noise::Noise;
+use self::recorded::{Recorded, RecordedError};
 use self::run::Run;
 use self::stairs::{Drawn, Stairs};
 use self::track::Track;
@@ -52,6 +57,9 @@ pub enum DynamicError {
         /// Why.
         source: FilterError,
     },
+    /// A recording cannot be scored.
+    #[error(transparent)]
+    Recorded(#[from] RecordedError),
     /// A scene is too short for its figures.
     #[error("scene \"{scene}\": too short for any figure")]
     TooShort {
@@ -73,6 +81,8 @@ pub struct DynamicResult {
     pub in_motion: Drift,
     /// Position and orientation on stairs.
     pub stairs: Stairs,
+    /// Recordings with a truth, as many as were given.
+    pub recordings: Vec<Recorded>,
     /// Position and orientation of the same walkers on the same stairs, halting on every landing.
     pub stairs_halting: Stairs,
 }
@@ -84,6 +94,10 @@ pub struct Conditions<'a> {
     pub seed: u64,
     /// Runs of each scene.
     pub runs: u32,
+    /// Recordings to score as well.
+    pub recordings: &'a [PathBuf],
+    /// What carried the recorded sensors.
+    pub preset: Preset,
     /// Asks to stop.
     pub stop: &'a StopFlag,
     /// Tells whoever waits.
@@ -106,6 +120,7 @@ impl Conditions<'_> {
 pub fn evaluate(conditions: Conditions<'_>) -> Result<DynamicResult, DynamicError> {
     let scenes = dynamic_scenes()?;
     let [rest, walk, stairs, halting] = &scenes[..] else { return Err(too_short("dynamic")) };
+    let recordings = recorded(conditions)?;
     let units = units(rest, conditions)?;
     let (at_rest, noise) = drift_in(rest, &units, conditions)?;
     Ok(DynamicResult {
@@ -113,9 +128,19 @@ pub fn evaluate(conditions: Conditions<'_>) -> Result<DynamicResult, DynamicErro
         noise: noise.ok_or_else(|| too_short(&rest.name))?,
         at_rest,
         in_motion: drift_in(walk, &units, conditions)?.0,
+        recordings,
         stairs: stairs_in(stairs, &units, conditions)?,
         stairs_halting: stairs_in(halting, &units, conditions)?,
     })
+}
+
+/// The recordings that were given; they come first, because they may be unfit.
+fn recorded(conditions: Conditions<'_>) -> Result<Vec<Recorded>, RecordedError> {
+    let score = |path: &PathBuf| {
+        (conditions.progress)(&format!("recording {}", path.display()));
+        recorded::evaluate(path, conditions.preset, conditions.stop)
+    };
+    conditions.recordings.iter().map(score).collect()
 }
 
 /// The units of all runs, calibrated.

@@ -63,7 +63,9 @@ impl Drawn {
     pub fn until_return(mut truth: Track, mut tracks: Vec<Track>) -> Option<Self> {
         let end = return_to_bottom(&truth)?;
         truth.0.truncate(end);
-        tracks.iter_mut().for_each(|track| track.0.truncate(end));
+        for track in &mut tracks {
+            track.0.truncate(end);
+        }
         Some(Self { truth, tracks })
     }
 
@@ -124,7 +126,7 @@ impl TrackScore {
 pub fn flight(track: &Track) -> (Vec<f64>, [Vec<f64>; 3]) {
     let within = |time_s: f64| (FLIGHT_S.0..=FLIGHT_S.1).contains(&time_s);
     let points = track.0.iter().filter(|point| within(point.time_s));
-    let angles: Vec<[f64; 3]> = points.clone().map(|p| p.roll_pitch_yaw_deg()).collect();
+    let angles: Vec<[f64; 3]> = points.clone().map(TrackPoint::roll_pitch_yaw_deg).collect();
     let first = angles.first().copied().unwrap_or_default();
     let axis =
         |k: usize| angles.iter().map(|angle| first[k] + wrapped_deg(angle[k] - first[k])).collect();

@@ -1,6 +1,6 @@
 //! Double integration: how far the position is off after some time.
 
-use super::super::page::{beside, figure, paragraph, table};
+use super::super::page::{beside, cells, figure, panel, paragraph, table};
 use super::super::plot::{Axis, Plot};
 use super::super::scale::{Scale, Tick};
 use super::Context;
@@ -67,11 +67,11 @@ fn chart(heading: &str, drift: &Drift, y: Scale) -> String {
         let line = drift.curve.iter().map(|p| (p.time_s, p.error_m.median.max(LEAST_M)));
         plot.line(class(drift.method), line);
     }
-    super::super::page::panel(heading, &plot.finish())
+    panel(heading, &plot.finish())
 }
 
 fn numbers(drift: &Drift) -> String {
-    let times: String = TABLE_S.iter().map(|time_s| format!("<th>after {time_s} s</th>")).collect();
+    let times = cells("th", "", TABLE_S.map(|time_s| format!("after {time_s} s")));
     let head = format!("<tr><th class=\"text\">Position error</th>{times}</tr>\n");
     let rows: String = drift.methods.iter().map(row).collect();
     table(&head, &rows)
@@ -79,8 +79,8 @@ fn numbers(drift: &Drift) -> String {
 
 fn row(drift: &MethodDrift) -> String {
     let best = emphasis(drift.method);
-    let cells = drift.table.iter().map(|p| format!("<td{best}>{}</td>", lengths(&p.error_m)));
-    format!("<tr><th scope=\"row\">{}</th>{}</tr>\n", name(drift.method), cells.collect::<String>())
+    let cells = cells("td", best, drift.table.iter().map(|p| lengths(&p.error_m)));
+    format!("<tr><th scope=\"row\">{}</th>{cells}</tr>\n", name(drift.method))
 }
 
 fn compared(result: &DynamicResult) -> String {

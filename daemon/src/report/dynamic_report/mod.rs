@@ -7,6 +7,7 @@ mod method;
 mod noise;
 mod orientation;
 mod projection;
+mod recorded;
 mod stairs;
 mod stairs_numbers;
 mod text;
@@ -49,6 +50,15 @@ pub(super) fn sections(result: &DynamicResult, seed: u64) -> String {
         + &section("drift", "Double integration", &drift::markup(result, &context))
         + &section("stairs", "Climbing stairs", &climb(result, &context))
         + &section("harmonic", "Is the swing harmonic?", &harmonic(result, &context))
+        + &recordings(result)
+}
+
+/// Nothing where no recording was given.
+fn recordings(result: &DynamicResult) -> String {
+    if result.recordings.is_empty() {
+        return String::new();
+    }
+    section("recordings", "Real recordings", &recorded::markup(&result.recordings))
 }
 
 fn climb(result: &DynamicResult, context: &Context) -> String {

@@ -1,6 +1,6 @@
 //! The paper's figure "Sensory Ground Truth": acceleration left, angular velocity right.
 
-use super::super::page::{beside, figure, paragraph, table};
+use super::super::page::{beside, cells, figure, paragraph, table};
 use super::super::plot::{Axis, Mark, Plot};
 use super::super::scale::{Scale, signed};
 use super::Context;
@@ -57,13 +57,13 @@ fn numbers(noise: &Noise) -> String {
 fn rows(name: &str, unit: &str, decimals: usize, sensor: &AtRest) -> String {
     let row = |(axis, (class, label)): (usize, &(&str, &str))| {
         let (offset, sigma) = (sensor.offset[axis], sensor.sigma[axis]);
-        let cells = [
+        let numbers = [
             signed(offset, decimals),
             signed(sigma, decimals),
             signed(sensor.sigma_low_passed[axis], decimals),
             signed(offset.abs() / sigma, 2),
         ];
-        let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
+        let cells = cells("td", "", numbers);
         format!(
             "<tr><td class=\"text\">{name}</td><td class=\"text {class}\">{label}</td>{cells}\
              <td class=\"text\">{unit}</td></tr>\n"

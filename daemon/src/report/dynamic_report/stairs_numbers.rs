@@ -1,6 +1,6 @@
 //! The stairs in numbers: where they end, and how right the orientation is.
 
-use super::super::page::{beside, paragraph, table};
+use super::super::page::{beside, cells, paragraph, table};
 use super::super::scale::signed;
 use super::format::{length, lengths, numbers};
 use super::method::{emphasis, name};
@@ -29,10 +29,10 @@ pub(super) fn scores(result: &DynamicResult) -> String {
 
 fn row(score: &StairsScore) -> String {
     let best = emphasis(score.method);
-    let mut cells =
+    let mut figures =
         vec![lengths(&score.rms_m), lengths(&score.end_m), lengths(&score.end_height_m)];
-    cells.extend(score.orientation_rms_deg.iter().map(|q| numbers(q, 2)));
-    let cells: String = cells.iter().map(|cell| format!("<td{best}>{cell}</td>")).collect();
+    figures.extend(score.orientation_rms_deg.iter().map(|q| numbers(q, 2)));
+    let cells = cells("td", best, figures);
     format!("<tr><th scope=\"row\">{}</th>{cells}</tr>\n", name(score.method))
 }
 
@@ -72,9 +72,8 @@ const SWING_HEAD: &str = "<tr><th class=\"text\" rowspan=\"2\">Swing on the firs
 /// How harmonic each method's orientation is, beside the truth's.
 pub(super) fn swings(stairs: &Stairs) -> String {
     let row = |name: &str, explained: [f64; 3], swing: [f64; 3]| {
-        let cells = explained.map(|part| signed(100.0 * part, 1)).into_iter();
-        let cells = cells.chain(swing.map(|deg| signed(deg, 2)));
-        let cells: String = cells.map(|cell| format!("<td>{cell}</td>")).collect();
+        let parts = explained.map(|part| signed(100.0 * part, 1)).into_iter();
+        let cells = cells("td", "", parts.chain(swing.map(|deg| signed(deg, 2))));
         format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>\n")
     };
     let medians = |q: [crate::evaluation::statistics::Quantiles; 3]| q.map(|q| q.median);

@@ -31,6 +31,27 @@ pub(in crate::report) fn tables(result: &DynamicResult) -> String {
         + &drift(&result.in_motion, "carried through a room")
         + "\n"
         + &stairs(result)
+        + &recordings(result)
+}
+
+/// Nothing where no recording was given.
+fn recordings(result: &DynamicResult) -> String {
+    if result.recordings.is_empty() {
+        return String::new();
+    }
+    let head = ["recording", "total °", "heading °", "inclination °", "RMS m", "end m"];
+    let mut rows = vec![head.map(String::from).to_vec()];
+    for recorded in &result.recordings {
+        let angles = recorded.orientation.as_ref().map(|o| {
+            [o.total_deg, o.heading_deg, o.inclination_deg].map(|deg| format!("{deg:.2}"))
+        });
+        let metres = recorded.position.as_ref().map(|p| [p.rms_m, p.end_m].map(metres));
+        let mut row = vec![recorded.name.clone()];
+        row.extend(angles.unwrap_or_else(|| ["-", "-", "-"].map(String::from)));
+        row.extend(metres.unwrap_or_else(|| ["-", "-"].map(String::from)));
+        rows.push(row);
+    }
+    format!("\n{}", lined_up(&rows))
 }
 
 fn drift(drift: &Drift, scene: &str) -> String {

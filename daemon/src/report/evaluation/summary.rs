@@ -6,7 +6,7 @@ use crate::evaluation::dynamic::drift::Drift;
 use crate::evaluation::dynamic::method::Method;
 use crate::evaluation::dynamic::stairs::Stairs;
 use crate::report::dynamic_report::{emphasis, length, name};
-use crate::report::page::{list, table};
+use crate::report::page::{cells, list, table};
 use crate::report::scale::signed;
 use crate::report::static_report::StaticReport;
 
@@ -19,7 +19,8 @@ pub(super) fn markup(report: &Report) -> String {
         report.dynamic.as_ref().map(of_harmony),
     ];
     let findings: Vec<String> = findings.into_iter().flatten().collect();
-    markup += &format!("<h2 id=\"summary\" class=\"first\">In short</h2>\n{}", list(&findings));
+    markup += "<h2 id=\"summary\">In short</h2>\n";
+    markup += &list(&findings);
     if let Some(dynamic) = &report.dynamic {
         markup += &positions(dynamic);
     }
@@ -126,13 +127,10 @@ fn of_harmony(result: &DynamicResult) -> String {
 
 /// The most important numbers as a table.
 fn positions(result: &DynamicResult) -> String {
-    let head: String = Method::ALL.iter().map(|m| format!("<th>{}</th>", name(*m))).collect();
+    let head = cells("th", "", Method::ALL.map(name));
     let row = |label: &str, figure: &dyn Fn(Method) -> f64| {
-        let cell = |method: &Method| {
-            let class = emphasis(*method);
-            format!("<td{class}>{}</td>", length(figure(*method)))
-        };
-        let cells: String = Method::ALL.iter().map(cell).collect();
+        let cell = |method| cells("td", emphasis(method), [length(figure(method))]);
+        let cells = Method::ALL.map(cell).concat();
         format!("<tr><th scope=\"row\">{label}</th>{cells}</tr>\n")
     };
     let rms = |stairs: &Stairs, method| {
@@ -163,6 +161,9 @@ fn contents(report: &Report) -> String {
     let mut all: Vec<(&str, &str)> = Vec::new();
     all.extend(statics.iter().filter(|_| statics_there));
     all.extend(dynamic.iter().filter(|_| report.dynamic.is_some()));
+    if report.dynamic.as_ref().is_some_and(|dynamic| !dynamic.recordings.is_empty()) {
+        all.push(("recordings", "Real recordings"));
+    }
     all.extend(appendix.iter().filter(|_| statics_there));
     all.push(("method", "Method"));
     let links: Vec<String> =
