@@ -13,6 +13,7 @@ pub mod evaluation;
 pub mod hindsight;
 pub mod lane;
 pub mod logging;
+pub mod picture;
 pub mod pipeline;
 pub mod pose_axes;
 pub mod poses_csv;
