@@ -46,6 +46,8 @@
 mod aiding;
 mod batch;
 mod client;
+mod cloud;
+mod connection;
 mod covariance;
 mod error;
 mod frame;
@@ -53,6 +55,7 @@ mod health;
 mod history;
 mod interpolate;
 mod limits;
+mod merge;
 mod message;
 mod pace;
 mod pose;
@@ -72,6 +75,10 @@ mod world;
 pub use aiding::AidingPublisher;
 pub use batch::Batch;
 pub use client::{Client, ClientBuilder, PREFIX_VARIABLE, ROOT_VARIABLE};
+pub use cloud::{
+    Cloud, CloudHeaderError, CloudInfo, CloudLoan, CloudPublisher, CloudStream, KNOT_STEP_NS, Lens,
+    LensPlace, MOST_OFFSET_NS, Motion, MotionError, PublishError,
+};
 pub use error::{
     AidingError, CameraNameError, ConnectError, LookupError, MessageError, NotValid, StreamError,
 };
@@ -81,9 +88,14 @@ pub use history::History;
 pub use limits::{LookupLimits, PredictionNoise};
 pub use lodestone_schema::transport::{Availability, Domain, DomainError, OpenError};
 pub use lodestone_schema::{
-    AidFlags, Aiding, AidingKind, AidingOrigin, AlignmentWait, CalibratedSample, DistanceSource,
-    HeadingSource, Health, LaneState, NorthKind, Pose, PositionSource, SampleFlags, Status,
-    Validity, WorldState,
+    AidFlags, Aiding, AidingKind, AidingOrigin, AlignmentWait, CalibratedSample, CloudFields,
+    CloudFrame, CloudHeader, CloudPoint, DistanceSource, HeadingSource, Health, LaneState,
+    NorthKind, Pose, PositionSource, SampleFlags, Status, Validity, WorldState,
+};
+pub use merge::{
+    CameraMerge, CloudMerger, CloudMergerBuilder, Lateness, MapCounts, MergeCounts, MergeError,
+    PlacedCloud, PlacedPoint, PointCounts, PoseSource, Range, VoxelMap, VoxelMapError,
+    VoxelMapSettings, VoxelView,
 };
 pub use message::Message;
 pub use pose::{CameraPose, Heading, Origin};
