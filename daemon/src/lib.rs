@@ -23,6 +23,7 @@ pub mod recording;
 pub mod report;
 pub mod rig;
 pub mod ring;
+pub mod scene;
 pub mod service;
 pub mod source;
 pub mod status_board;
