@@ -8,6 +8,7 @@ pub mod clock;
 pub mod commands;
 pub mod console;
 mod csv_file;
+pub mod demo;
 pub mod driver;
 pub mod evaluation;
 pub mod hindsight;

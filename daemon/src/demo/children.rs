@@ -2,9 +2,9 @@
 
 use std::fs::{self, File};
 use std::io;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
-use std::os::unix::process::CommandExt;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -92,7 +92,8 @@ impl Children {
         arguments: &[&str],
     ) -> Result<Option<ChildStdout>, ChildError> {
         let log = self.logs.join(format!("{name}.log"));
-        let start = |file: File| self.command(arguments).stdout(Stdio::piped()).stderr(file).spawn();
+        let start =
+            |file: File| self.command(arguments).stdout(Stdio::piped()).stderr(file).spawn();
         let child = self.keep(name, log.clone(), File::create(log).and_then(start))?;
         Ok(child.process.stdout.take())
     }
@@ -112,8 +113,7 @@ impl Children {
         log: PathBuf,
         started: io::Result<Child>,
     ) -> Result<&mut Running, ChildError> {
-        let process =
-            started.map_err(|source| ChildError::Start { name: name.into(), source })?;
+        let process = started.map_err(|source| ChildError::Start { name: name.into(), source })?;
         self.running.push(Running { name: name.into(), process, log });
         let last = self.running.len() - 1;
         Ok(&mut self.running[last])

@@ -13,9 +13,12 @@
 
 pub mod calibration;
 pub mod children;
+pub mod cloud_file;
 pub mod consumer;
 pub mod event;
 pub mod headings;
+pub mod memory;
+pub mod outcome;
 pub mod progress;
 pub mod result;
 pub mod rigid;

@@ -1,6 +1,6 @@
 //! What the consumer hands back, in `consumer.json`: which files it wrote, and by which poses it placed clouds.
 
-use glam::{DQuat, DVec3};
+use glam::DQuat;
 use serde::{Deserialize, Serialize};
 
 /// By whose poses clouds were placed.
@@ -132,7 +132,7 @@ pub struct SeenCamera {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeanPose {
     /// In the world, m.
-    pub position_m: DVec3,
+    pub position_m: [f64; 3],
     /// Body to world, x y z w.
     pub orientation: [f64; 4],
     /// Standard deviation of the heading over the time, degrees.

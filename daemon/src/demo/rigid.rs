@@ -42,11 +42,7 @@ impl RigidMotion {
     fn after(&self, step: &Vector6<f64>) -> Self {
         let turn = DQuat::from_scaled_axis(DVec3::new(step[0], step[1], step[2]));
         let shift = DVec3::new(step[3], step[4], step[5]);
-        Self {
-            rotation: (turn * self.rotation).normalize(),
-            shift: self.shift + shift,
-            ..*self
-        }
+        Self { rotation: (turn * self.rotation).normalize(), shift: self.shift + shift, ..*self }
     }
 }
 
@@ -61,7 +57,8 @@ pub fn fit(points: &[(DVec3, f64)], distance_m: impl Fn(DVec3) -> f64) -> Option
         return None;
     }
     let cost = |motion: &RigidMotion| {
-        let each = |(point, weight): &(DVec3, f64)| weight * distance_m(motion.apply(*point)).powi(2);
+        let each =
+            |(point, weight): &(DVec3, f64)| weight * distance_m(motion.apply(*point)).powi(2);
         points.iter().map(each).sum::<f64>()
     };
     let mut motion = RigidMotion { rotation: DQuat::IDENTITY, centre, shift: DVec3::ZERO };

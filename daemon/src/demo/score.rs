@@ -6,6 +6,7 @@
 use glam::DVec3;
 use serde::Serialize;
 
+use super::cloud_file::Voxel;
 use super::rigid::{RigidMotion, fit};
 use crate::scene::Scene;
 
@@ -13,15 +14,6 @@ use crate::scene::Scene;
 const MOVER_MARGIN_M: f64 = 0.15;
 /// Voxels by which a common motion is found; more do not make it better.
 const FITTED: usize = 20_000;
-
-/// A voxel of a merged cloud.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Voxel {
-    /// Mean of its points in the world, m.
-    pub position_m: DVec3,
-    /// Its points.
-    pub points: u32,
-}
 
 /// Distances to the nearest surface, each voxel counted by its points, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -109,8 +101,10 @@ mod tests {
     use lodestone_config::model;
 
     fn scene() -> Scene {
-        let room = model::Room { size_m: [6.0, 4.0, 2.0], centre_m: [0.0; 3], ..model::Room::default() };
-        let mover = model::SceneMover { centre_m: [0.0, 0.0, -0.7], ..model::SceneMover::default() };
+        let room =
+            model::Room { size_m: [6.0, 4.0, 2.0], centre_m: [0.0; 3], ..model::Room::default() };
+        let mover =
+            model::SceneMover { centre_m: [0.0, 0.0, -0.7], ..model::SceneMover::default() };
         Scene::new(&model::Scene { room, mover: Some(mover), ..model::Scene::default() })
     }
 
@@ -124,7 +118,7 @@ mod tests {
                 _ => DVec3::new(2.9 * i, 2.0 - off_m, 0.9 * j),
             }
         };
-        (0..4800).map(|n| Voxel { position_m: at(n), points }).collect()
+        (0..4800).map(|n| Voxel { position_m: at(n), points, ..Voxel::default() }).collect()
     }
 
     #[test]
@@ -144,7 +138,8 @@ mod tests {
     fn what_moves_is_left_out_and_said_so() {
         let mut voxels = walls(0.0, 1);
         // On the mover's way, a metre from its centre.
-        voxels.extend([Voxel { position_m: DVec3::new(1.0, 0.0, -0.7), points: 1600 }]);
+        let position_m = DVec3::new(1.0, 0.0, -0.7);
+        voxels.push(Voxel { position_m, points: 1600, ..Voxel::default() });
         let score = score(&voxels, &scene()).unwrap();
         assert_eq!(score.points, 4800);
         assert!((score.left_out - 0.25).abs() < 1e-12);

@@ -1,6 +1,6 @@
 //! What a seed decides: which sensors the cameras have, and how the surveyor erred.
 
-use lodestone_config::model::{Camera, Config, FaultKind, SharedMemory};
+use lodestone_config::model::{Camera, Config, FaultKind};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -41,12 +41,6 @@ pub fn drawn(mut config: Config, seed: u64) -> Config {
         }
     }
     config
-}
-
-/// A place in shared memory for one process's demo, so that it never meets a running daemon.
-pub fn own_memory(settings: &mut SharedMemory, pid: u32) {
-    settings.prefix = format!("lodestone_demo{pid}_");
-    settings.root = format!("/dev/shm/lodestone_demo{pid}/");
 }
 
 fn normal(rng: &mut ChaCha8Rng, sigma: f64) -> [f64; 3] {
@@ -93,16 +87,5 @@ mod tests {
         let mean = squares.iter().sum::<f64>() / squares.len() as f64;
         assert!((mean - 1.0).abs() < 0.25, "{mean}");
         assert_eq!(seeds.len(), 200);
-    }
-
-    #[test]
-    fn two_demos_never_meet() {
-        let place = |pid| {
-            let mut settings = SharedMemory::default();
-            own_memory(&mut settings, pid);
-            (settings.prefix, settings.root)
-        };
-        assert_ne!(place(1), place(2));
-        assert_ne!(place(1).0, SharedMemory::default().prefix);
     }
 }
