@@ -72,7 +72,15 @@ fn the_replay_finds_its_recording_beside_it() {
 #[test]
 fn the_summary_names_cameras_sources_and_rates() {
     let text = Config::embedded().summary();
-    for part in ["2 cameras", "front", "rear", "synthetic walk, seed 1, 401.6 Hz", "397.6 Hz"] {
+    for part in [
+        "2 cameras",
+        "front",
+        "rear",
+        "synthetic walk, seed 1, 401.6 Hz",
+        "397.6 Hz",
+        "depth 400 × 250 at 15 Hz",
+        "6.6 × 7 × 2.6 m with 12 solids",
+    ] {
         assert!(text.contains(part), "{part}\n{text}");
     }
     let text = load("zed2-vehicle.toml").summary();

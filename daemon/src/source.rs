@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::DVec3;
 use lodestone_config::model::{Camera, DriverKind};
 use lodestone_fusion::SensorTime;
 use lodestone_schema::{Pose, Status, Validity};
@@ -92,7 +91,6 @@ fn synthetic(context: &LaneContext, camera: &Camera) -> Result<Source, Synthetic
     let truth = BesideTheLane {
         truth: driver.truth_source(),
         board: Arc::clone(&context.board),
-        start_m: camera.start.map_or(DVec3::ZERO, |start| start.position_m.into()),
         camera_id: context.camera as u32,
         sequence: 0,
         last: SensorTime::from_nanos(0),
@@ -120,9 +118,6 @@ fn with_faults(source: Source, camera: &Camera) -> Source {
 struct BesideTheLane {
     truth: TruthSource,
     board: Arc<LaneBoard>,
-    /// Where in the world its simulated way begins; the first camera's, and that of one of which nobody
-    /// has said it, begins in an origin of its own.
-    start_m: DVec3,
     camera_id: u32,
     sequence: u64,
     last: SensorTime,
@@ -154,7 +149,7 @@ impl TruthProvider for BesideTheLane {
             arrival_time_ns: latest.time_ns,
             step_start_time_ns: latest.time_ns,
             step_end_time_ns: latest.time_ns,
-            position_m: (self.start_m + truth.position_m).into(),
+            position_m: truth.position_m.into(),
             velocity_m_s: truth.velocity_m_s.into(),
             orientation: truth.orientation.quaternion().to_array(),
             angular_rate_rad_s: truth.angular_rate_rad_s.into(),

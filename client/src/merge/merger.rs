@@ -207,7 +207,7 @@ impl CloudMerger {
             }
         }
         if self.buffers.len() < self.feeds.len() {
-            self.buffers.push(cloud.into_buffer());
+            self.buffers.push(cloud.into_points());
         }
     }
 

@@ -135,8 +135,8 @@ impl PlacedCloud {
         self.counts
     }
 
-    /// The buffer, for the next cloud.
-    pub(super) fn into_buffer(self) -> Vec<PlacedPoint> {
+    /// The points, whose memory may serve the next cloud.
+    pub fn into_points(self) -> Vec<PlacedPoint> {
         self.points
     }
 }
