@@ -42,6 +42,8 @@ pub enum Command {
     Evaluate(EvaluateCommand),
     /// Find the errors of a camera's sensors while it is turned, or from a recording
     Calibrate(CalibrateArgs),
+    /// Be the depth source of synthetic cameras: publish clouds of what they see of the scene
+    Depth(DepthArgs),
     /// See the clouds of two cameras fit: daemon, depth sources and a consumer in the synthetic world
     Demo(DemoArgs),
     /// The demo's consumer, a process of its own
@@ -120,6 +122,18 @@ pub struct StaticArgs {
 /// Options of `run`.
 #[derive(Clone, Debug, Default, Args)]
 pub struct RunArgs {
+    /// Stop after this many seconds
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub duration: Option<Duration>,
+}
+
+/// Options of `depth`.
+#[derive(Clone, Debug, Args)]
+pub struct DepthArgs {
+    /// Synthetic camera of the configuration; repeatable
+    #[arg(long, value_name = "NAME", required = true)]
+    pub camera: Vec<String>,
+
     /// Stop after this many seconds
     #[arg(long, value_name = "S", value_parser = duration)]
     pub duration: Option<Duration>,
@@ -308,6 +322,9 @@ mod tests {
             "lodestoned calibrate a.csv --serial 9223372036854775808",
             "lodestoned calibrate --camera 7 --sigma 0",
             "lodestoned calibrate --camera 7 --sigma nan",
+            "lodestoned depth",
+            "lodestoned depth --camera",
+            "lodestoned depth --camera front --duration 0",
             "lodestoned fly",
         ] {
             assert_eq!(parse(line).unwrap_err().exit_code(), 2, "{line}");

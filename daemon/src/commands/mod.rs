@@ -3,6 +3,7 @@
 pub mod calibrate;
 pub mod check;
 pub mod demo;
+pub mod depth;
 pub mod evaluate;
 pub mod replay;
 pub mod run;
@@ -47,6 +48,9 @@ pub enum CommandError {
     /// Evaluating failed.
     #[error(transparent)]
     Evaluate(#[from] evaluate::EvaluateError),
+    /// There is no depth source.
+    #[error(transparent)]
+    Depth(#[from] depth::DepthError),
 }
 
 impl CommandError {
@@ -60,6 +64,7 @@ impl CommandError {
             Self::Demo(e) => e.exit_code(),
             Self::Orphan(_) => 1,
             Self::Evaluate(e) => e.exit_code(),
+            Self::Depth(e) => e.exit_code(),
         }
     }
 }
@@ -93,6 +98,10 @@ pub fn execute(cli: &Cli) -> Result<(), CommandError> {
         Some(Command::DemoConsumer(args)) => {
             logging::init(cli.log.as_deref(), None)?;
             Ok(demo::consumer(args)?)
+        }
+        Some(Command::Depth(args)) => {
+            logging::init(cli.log.as_deref(), None)?;
+            Ok(depth::depth(&load(cli.config.as_deref())?, args)?)
         }
     }
 }
