@@ -19,6 +19,10 @@ pub struct Cli {
     #[arg(long, value_name = "FILTER", global = true)]
     pub log: Option<String>,
 
+    /// End when the process with this number does; for processes that `demo` starts
+    #[arg(long, value_name = "PID", global = true, hide = true)]
+    pub with_parent: Option<i32>,
+
     /// What to do; `run` if nothing is said
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -42,6 +46,48 @@ pub enum Command {
     Calibrate(CalibrateArgs),
     /// Be the depth source of synthetic cameras: publish clouds of what they see of the scene
     Depth(DepthArgs),
+    /// See the clouds of two cameras fit: daemon, depth sources and a consumer in the synthetic world
+    Demo(DemoArgs),
+    /// The demo's consumer, a process of its own
+    #[command(hide = true)]
+    DemoConsumer(DemoConsumerArgs),
+}
+
+/// Options of `demo`.
+#[derive(Clone, Debug, Args)]
+pub struct DemoArgs {
+    /// Directory for the clouds, the picture, the numbers and the logs; files of an earlier demo are
+    /// overwritten
+    #[arg(long, value_name = "DIR", default_value = "demo")]
+    pub out: PathBuf,
+
+    /// How long clouds are merged
+    #[arg(long, value_name = "S", default_value = "20", value_parser = duration)]
+    pub duration: Duration,
+
+    /// Seed of noise, biases and survey; another one is another pair of cameras
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+
+    /// Print the numbers as JSON instead of the table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Options of the demo's consumer.
+#[derive(Clone, Debug, Args)]
+pub struct DemoConsumerArgs {
+    /// Directory for its files
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+
+    /// How long clouds are merged
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub duration: Duration,
+
+    /// How long filters settle before that
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub settle: Duration,
 }
 
 /// Options of `evaluate`: those of both parts, or one part with its own.
