@@ -119,6 +119,7 @@ fn pose(sequence: u64, time_ns: i64) -> CameraPose {
         sensor_time_ns: time_ns,
         time_ns,
         arrival_time_ns: time_ns,
+        ring_time_ns: time_ns,
         step_start_time_ns: time_ns,
         step_end_time_ns: time_ns,
         published_time_ns: time_ns,

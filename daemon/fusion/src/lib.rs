@@ -16,6 +16,8 @@ mod aid_status;
 mod aiding;
 mod aids;
 mod alignment;
+#[cfg(feature = "blocks")]
+pub mod blocks;
 mod covariance;
 mod drift;
 mod estimator;

@@ -6,6 +6,8 @@
 //! ```
 
 mod array;
+#[cfg(feature = "blocks")]
+mod blocks;
 mod derive;
 mod estimator;
 mod geometry;
@@ -19,6 +21,8 @@ mod voting;
 pub(crate) use symmetric::eigen;
 
 pub use array::FieldFit;
+#[cfg(feature = "blocks")]
+pub use blocks::RigBlocks;
 pub use derive::Point;
 pub use estimator::{MemberStatus, RigEstimator, RigParameters, RigReport};
 pub use geometry::{Geometry, GeometryError, MAX_MEMBERS, Mounting};
