@@ -42,6 +42,8 @@ pub fn swing(times_s: &[f64], values: &[f64], stride_hz: f64) -> Option<Swing> {
     let mut basis = trend(times_s);
     let left = without(values, &basis);
     let total = square(&left);
+    // Of values that do not change, rounding is left.
+    let changes = total > 1e-20 * square(values);
     let mut energies = Vec::new();
     for harmonic in 1..=HARMONICS {
         let turn = |t: &f64| TAU * f64::from(harmonic) * stride_hz * t;
@@ -59,7 +61,7 @@ pub fn swing(times_s: &[f64], values: &[f64], stride_hz: f64) -> Option<Swing> {
     }
     // A wave of amplitude A has the energy A² n / 2.
     let amplitude = |energy: f64| (2.0 * energy / values.len() as f64).sqrt();
-    (total > 0.0).then(|| Swing {
+    changes.then(|| Swing {
         at_stride: amplitude(energies[0]),
         at_step: amplitude(energies[1]),
         explained: energies.iter().sum::<f64>() / total,
