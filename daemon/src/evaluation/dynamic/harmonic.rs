@@ -24,13 +24,13 @@ pub struct Swing {
     pub explained: f64,
 }
 
-/// The frequency of the stride, Hz, by which the harmonics explain most of the values. `None` of too
-/// few.
+/// The frequency of the stride, Hz: that of the largest swing. Harmonics do not count, or half the stride's
+/// frequency would explain as much. `None` of too few values.
 pub fn stride_hz(times_s: &[f64], values: &[f64]) -> Option<f64> {
     let (low, high, step) = TRIED_HZ;
     let tried = (0..=((high - low) / step) as u32).map(|k| low + f64::from(k) * step);
     let scored: Option<Vec<(f64, f64)>> =
-        tried.map(|hz| Some((hz, swing(times_s, values, hz)?.explained))).collect();
+        tried.map(|hz| Some((hz, swing(times_s, values, hz)?.at_stride))).collect();
     scored?.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(hz, _)| hz)
 }
 
@@ -160,6 +160,14 @@ mod tests {
         assert!((swing.at_stride - 3.0).abs() < 0.15, "{swing:?}");
         assert!((swing.at_step - 1.5).abs() < 0.1, "{swing:?}");
         assert!(swing.explained > 0.9999, "{swing:?}");
+    }
+
+    #[test]
+    fn half_a_stride_is_not_taken_for_the_stride() {
+        let times = times();
+        let values = angle(&times, 0.82, (2.8, 0.0), 0.0);
+        let hz = stride_hz(&times, &values).unwrap();
+        assert!((hz - 0.82).abs() < 0.02, "{hz}");
     }
 
     #[test]
