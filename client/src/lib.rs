@@ -62,6 +62,7 @@ mod pace;
 mod pose;
 mod pose_stream;
 mod predict;
+pub mod registration;
 mod relative;
 mod request;
 mod sample;

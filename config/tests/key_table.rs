@@ -46,6 +46,7 @@ fn full_synthetic() -> Synthetic {
         heading_deg: Some(0.0),
         pitch_deg: Some(0.0),
         roll_deg: Some(0.0),
+        halt_s: 2.0,
         seed: 1,
         speed: 1.0,
         duration_s: 10.0,

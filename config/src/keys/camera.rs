@@ -238,6 +238,13 @@ pub(super) const SYNTHETIC: &[Key] = &[
          from the seed, if absent.",
     ),
     key(
+        "halt_s",
+        Number(from_to(0.0, 3600.0)),
+        "s",
+        "How long the walker on trajectory \"stairs\" halts on each landing between two flights; 0 walks \
+         on. The filter learns its velocity anew at each halt of a second or so.",
+    ),
+    key(
         "seed",
         Whole(0, i64::MAX),
         "",

@@ -44,6 +44,8 @@ pub struct Synthetic {
     pub pitch_deg: Option<f64>,
     /// Roll of trajectory `standing`, right side down positive, degrees; drawn if absent.
     pub roll_deg: Option<f64>,
+    /// How long the walker on trajectory `stairs` halts on each landing between two flights, s.
+    pub halt_s: f64,
     /// Seed of everything random; the same seed gives the same samples.
     pub seed: u64,
     /// 1 is real speed; 0 as fast as it goes.
@@ -75,6 +77,7 @@ impl Default for Synthetic {
             heading_deg: None,
             pitch_deg: None,
             roll_deg: None,
+            halt_s: 0.0,
             seed: 0,
             speed: 1.0,
             duration_s: 0.0,

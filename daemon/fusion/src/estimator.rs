@@ -273,6 +273,12 @@ impl Estimator {
         self.settle();
     }
 
+    /// From here on standstills correct nothing, as with [`crate::RestParameters::enabled`] false from the beginning:
+    /// to see what the filter does by itself with what it knows now.
+    pub const fn ignore_standstills(&mut self) {
+        self.parameters.rest.enabled = false;
+    }
+
     /// An estimator that goes back in time from here, once aligned: what its steps bring is the past,
     /// the latest first, with angles negated and time stamps that run on (`−t`). Velocity, rates and time of
     /// its estimates are negated in turn. It begins with what is known now, and finds standstills as any

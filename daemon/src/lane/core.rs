@@ -266,6 +266,12 @@ impl Core {
         self.estimator.estimate_ahead(&self.grid.remainder())
     }
 
+    /// From here on the filter learns nothing from standstills: for comparisons.
+    pub const fn ignore_standstills(&mut self) {
+        self.parameters.rest.enabled = false;
+        self.estimator.ignore_standstills();
+    }
+
     /// An estimator that goes back in time from the last step, and that step's time, once aligned.
     pub fn reversed(&self) -> Option<(Estimator, SensorTime)> {
         let time = self.estimator.estimate()?.time;

@@ -139,7 +139,7 @@ impl Standstill {
         p: &Parameters,
     ) -> Option<Outcome> {
         let (interval_s, sigma_m_s) = (p.rest.interval_s(), p.rest.velocity_sigma_m_s);
-        let quiet = window.is_rest(standing, &p.rest);
+        let quiet = p.rest.enabled && window.is_rest(standing, &p.rest);
         let timing = (interval_s, around.velocity_is_measured);
         self.at_rest = quiet && self.belief.holds(state, window, sigma_m_s, timing);
         if !quiet {

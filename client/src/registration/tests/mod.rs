@@ -1,0 +1,5 @@
+//! Rooms seen from two places.
+
+mod room;
+mod scene;
+mod stories;
