@@ -50,6 +50,7 @@ mod cloud;
 mod connection;
 mod covariance;
 mod error;
+mod export;
 mod frame;
 mod health;
 mod history;
@@ -83,15 +84,16 @@ pub use cloud::{
 pub use error::{
     AidingError, CameraNameError, ConnectError, LookupError, MessageError, NotValid, StreamError,
 };
+pub use export::{ExportError, ExportFilter, ExportPoint, export_points, write_pcd, write_ply};
 pub use frame::{Body, Frame, Optical, Rotation, World};
 pub use health::LaneHealth;
 pub use history::History;
 pub use limits::{LookupLimits, PredictionNoise};
 pub use lodestone_schema::transport::{Availability, Domain, DomainError, OpenError};
 pub use lodestone_schema::{
-    AidFlags, Aiding, AidingKind, AidingOrigin, AlignmentWait, CalibratedSample, CloudFields,
-    CloudFrame, CloudHeader, CloudPoint, DistanceSource, HeadingSource, Health, LaneState,
-    NorthKind, Pose, PositionSource, SampleFlags, Status, Validity, WorldState,
+    AidFlags, Aiding, AidingKind, AidingOrigin, AlignmentWait, AnchorRefusal, CalibratedSample,
+    CloudFields, CloudFrame, CloudHeader, CloudPoint, DistanceSource, HeadingSource, Health,
+    LaneState, NorthKind, Pose, PositionSource, SampleFlags, Status, Validity, WorldState,
 };
 pub use merge::{
     CameraMerge, CloudMerger, CloudMergerBuilder, Lateness, MapCounts, MergeCounts, MergeError,

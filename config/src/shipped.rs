@@ -20,6 +20,11 @@ pub const STATIC_SCENARIOS: [(&str, &str); 6] = [
     ("ev-front.toml", include_str!("../scenarios/ev-front.toml")),
 ];
 
+/// The scenes of the paper's dynamic part, each a synthetic camera of one configuration: file name in
+/// `config/scenarios` and text.
+pub const DYNAMIC_SCENARIO: (&str, &str) =
+    ("dynamic.toml", include_str!("../scenarios/dynamic.toml"));
+
 impl Config {
     /// The configuration that `lodestoned` runs without `--config`: [`EMBEDDED`], checked.
     ///

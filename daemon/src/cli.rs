@@ -37,9 +37,11 @@ pub enum Command {
     Check(CheckArgs),
     /// Turn recordings into poses, through the same lane, as fast as it goes
     Replay(ReplayArgs),
-    /// Measure how good it is, in the synthetic world, by the tables of the paper
-    #[command(subcommand)]
-    Evaluate(EvaluateCommand),
+    /// Measure how good it is, in the synthetic world, by the paper's tables and figures
+    ///
+    /// Without `static` or `dynamic` it does both. Into --out go report.html, one self-contained page, and
+    /// report.json with all numbers; both hold what was evaluated and replace what was there.
+    Evaluate(EvaluateArgs),
     /// Find the errors of a camera's sensors while it is turned, or from a recording
     Calibrate(CalibrateArgs),
     /// Be the depth source of synthetic cameras: publish clouds of what they see of the scene
@@ -88,28 +90,79 @@ pub struct DemoConsumerArgs {
     pub settle: Duration,
 }
 
-/// What can be evaluated.
+/// Options of `evaluate`: those of both parts, or one part with its own.
+#[derive(Clone, Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct EvaluateArgs {
+    /// One part alone.
+    #[command(subcommand)]
+    pub part: Option<EvaluatePart>,
+
+    /// Where the report goes.
+    #[command(flatten)]
+    pub report: ReportArgs,
+
+    /// Options of the static part.
+    #[command(flatten)]
+    pub statics: StaticOptions,
+
+    /// Options of the dynamic part.
+    #[command(flatten)]
+    pub dynamic: DynamicOptions,
+}
+
+/// What can be evaluated alone.
 #[derive(Clone, Debug, Subcommand)]
-pub enum EvaluateCommand {
+pub enum EvaluatePart {
     /// How much calibration steadies the magnetometer: the paper's six places, or your own
     Static(StaticArgs),
+    /// How far positions drift and orientations wander: at rest, in motion, on the paper's stairs
+    Dynamic(DynamicArgs),
 }
 
 /// Options of `evaluate static`.
 #[derive(Clone, Debug, Args)]
 pub struct StaticArgs {
+    /// Where the report goes.
+    #[command(flatten)]
+    pub report: ReportArgs,
+
+    /// What is evaluated.
+    #[command(flatten)]
+    pub options: StaticOptions,
+}
+
+/// Options of `evaluate dynamic`.
+#[derive(Clone, Debug, Args)]
+pub struct DynamicArgs {
+    /// Where the report goes.
+    #[command(flatten)]
+    pub report: ReportArgs,
+
+    /// What is evaluated.
+    #[command(flatten)]
+    pub options: DynamicOptions,
+}
+
+/// Options of every evaluation.
+#[derive(Clone, Debug, Args)]
+pub struct ReportArgs {
     /// Directory for report.html and report.json
     #[arg(long, value_name = "DIR", default_value = "evaluation")]
     pub out: PathBuf,
 
-    /// Seed of all recordings; the same seed gives the same report
+    /// Seed of everything simulated; the same seed gives the same report
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
 
-    /// Print the numbers as JSON instead of the table
+    /// Print the numbers as JSON instead of tables
     #[arg(long)]
     pub json: bool,
+}
 
+/// What the static part evaluates.
+#[derive(Clone, Debug, Args)]
+pub struct StaticOptions {
     /// How long the first place's camera stands for the Allan deviation
     #[arg(long, value_name = "S", default_value = "3600", value_parser = rest)]
     pub rest: Duration,
@@ -117,6 +170,23 @@ pub struct StaticArgs {
     /// Configuration with synthetic cameras to evaluate instead of the paper's places; repeatable
     #[arg(long, value_name = "FILE")]
     pub scenario: Vec<PathBuf>,
+}
+
+/// What the dynamic part evaluates.
+#[derive(Clone, Debug, Args)]
+pub struct DynamicOptions {
+    /// Runs of each scene, each with another unit of the camera and another walker
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub runs: u32,
+
+    /// Recording with a truth (columns qw qx qy qz, or px py), .csv or .csv.zst, to score as well;
+    /// repeatable
+    #[arg(long, value_name = "FILE")]
+    pub recording: Vec<PathBuf>,
+
+    /// What carried the recorded sensors
+    #[arg(long, value_enum, value_name = "PRESET", default_value = "carried")]
+    pub preset: PresetArg,
 }
 
 /// Options of `run`.
@@ -311,7 +381,12 @@ mod tests {
             "lodestoned replay a.csv",
             "lodestoned replay a.csv --out d --preset hand",
             "lodestoned replay a.csv --out d --frame flu",
-            "lodestoned evaluate",
+            "lodestoned evaluate --rest 0.5",
+            "lodestoned evaluate thermal",
+            "lodestoned evaluate dynamic --runs 0",
+            "lodestoned evaluate dynamic --runs 1001",
+            "lodestoned evaluate dynamic --rest 20",
+            "lodestoned evaluate static --runs 3",
             "lodestoned evaluate static --rest 0.5",
             "lodestoned evaluate static --rest 1e6",
             "lodestoned evaluate static --seed -1",

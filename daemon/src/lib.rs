@@ -25,6 +25,7 @@ pub mod report;
 pub mod rig;
 pub mod ring;
 pub mod scene;
+mod seqlock;
 pub mod service;
 pub mod source;
 pub mod status_board;

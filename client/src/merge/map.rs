@@ -15,6 +15,9 @@ pub(super) const MOST_VOXELS: usize = 1 << 28;
 /// Voxels looked at to find one to forget.
 const LOOKED_AT: usize = 1024;
 
+/// Runs handed to their voxels together.
+const GATHERED: usize = 32;
+
 /// Size of a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VoxelMapSettings {
@@ -115,7 +118,7 @@ impl VoxelMap {
     /// The voxel that holds a place in the world, m; `None` if nothing was seen there.
     pub fn at(&self, place_m: DVec3) -> Option<VoxelView> {
         let key = CellKey::of(self.grid.locate(place_m).0)?;
-        let slot = self.table.find(key.hash(), |slot| self.voxels[slot as usize].key == key)?;
+        let slot = self.table.find(key.hash(), |slot| self.is_in(slot, key))?;
         Some(self.voxels[slot as usize].view(self.grid, self.start_ns.unwrap_or_default()))
     }
 
@@ -162,6 +165,7 @@ impl VoxelMap {
         // The origin's cell in whole numbers; from its corner on, f32 is exact enough.
         let (corner, inside) = self.grid.locate(origin_m);
         let (start, edges_per_m) = (inside.as_vec3(), (1.0 / self.grid.edge_m()) as f32);
+        let mut gathered = Gathered::default();
         let mut current: Option<CellKey> = None;
         let mut run = Run::default();
         for point in cloud.points() {
@@ -169,31 +173,69 @@ impl VoxelMap {
             let (cell, inside) = floor(edges);
             let key = CellKey::of([0, 1, 2].map(|axis| corner[axis].wrapping_add(cell[axis])));
             if key != current || run.is_full() {
-                self.flush(current, &run, sighting);
+                self.hand_on(current, run, &mut gathered, sighting);
                 (current, run) = (key, Run::default());
             }
             run.add(inside, point.colour);
         }
-        self.flush(current, &run, sighting);
+        self.hand_on(current, run, &mut gathered, sighting);
+        self.flush(&mut gathered, sighting);
     }
 
-    /// Hands a run to its voxel.
-    fn flush(&mut self, key: Option<CellKey>, run: &Run, sighting: &Sighting) {
+    /// Lays a run with the others, and hands all to their voxels once there are enough.
+    #[inline]
+    fn hand_on(
+        &mut self,
+        key: Option<CellKey>,
+        run: Run,
+        gathered: &mut Gathered,
+        sighting: &Sighting,
+    ) {
         let points = u64::from(run.count());
         let Some(key) = key else {
             self.counts.beyond_grid += points;
             return;
         };
         self.counts.points += points;
-        let slot = self.slot(key);
-        self.voxels[slot].take(run, sighting);
+        gathered.push(key, run);
+        if gathered.is_full() {
+            self.flush(gathered, sighting);
+        }
+    }
+
+    /// Hands runs to their voxels.
+    ///
+    /// In three rounds, because each look into table and voxels is most likely a cache miss: within a round no
+    /// look depends on another, so that the processor has many under way at a time.
+    fn flush(&mut self, gathered: &mut Gathered, sighting: &Sighting) {
+        let runs = gathered.runs();
+        let mut guesses = [None; GATHERED];
+        for (guess, (key, _)) in guesses.iter_mut().zip(runs) {
+            *guess = self.table.guess(key.hash());
+        }
+        for (guess, (key, _)) in guesses.iter_mut().zip(runs) {
+            *guess = guess.filter(|&slot| self.is_in(slot, *key));
+        }
+        for (guess, (key, run)) in guesses.iter().zip(runs) {
+            // An earlier run of this round may have needed the slot.
+            let slot = match guess.filter(|&slot| self.is_in(slot, *key)) {
+                Some(slot) => slot as usize,
+                None => self.slot(*key),
+            };
+            self.voxels[slot].take(run, sighting);
+        }
+        gathered.clear();
+    }
+
+    #[inline]
+    fn is_in(&self, slot: u32, key: CellKey) -> bool {
+        self.voxels.get(slot as usize).is_some_and(|voxel| voxel.key == key)
     }
 
     /// The slot of a voxel, made if there is none.
     fn slot(&mut self, key: CellKey) -> usize {
         let hash = key.hash();
-        let voxels = &self.voxels;
-        if let Some(slot) = self.table.find(hash, |slot| voxels[slot as usize].key == key) {
+        if let Some(slot) = self.table.find(hash, |slot| self.is_in(slot, key)) {
             return slot as usize;
         }
         let slot = if self.voxels.len() < self.settings.max_voxels {
@@ -225,6 +267,40 @@ impl VoxelMap {
         self.table.remove(self.voxels[oldest].key.hash(), oldest as u32);
         self.counts.evicted += 1;
         oldest
+    }
+}
+
+/// Runs that wait to be handed to their voxels together.
+#[derive(Debug)]
+struct Gathered {
+    runs: [(CellKey, Run); GATHERED],
+    count: usize,
+}
+
+impl Default for Gathered {
+    fn default() -> Self {
+        Self { runs: [(CellKey::ORIGIN, Run::default()); GATHERED], count: 0 }
+    }
+}
+
+impl Gathered {
+    #[inline]
+    const fn push(&mut self, key: CellKey, run: Run) {
+        self.runs[self.count] = (key, run);
+        self.count += 1;
+    }
+
+    #[inline]
+    const fn is_full(&self) -> bool {
+        self.count == GATHERED
+    }
+
+    fn runs(&self) -> &[(CellKey, Run)] {
+        &self.runs[..self.count]
+    }
+
+    const fn clear(&mut self) {
+        self.count = 0;
     }
 }
 

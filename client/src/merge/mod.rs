@@ -15,7 +15,7 @@ mod map;
 mod merger;
 mod place;
 #[cfg(test)]
-mod samples;
+pub(crate) mod samples;
 mod table;
 mod voxel;
 

@@ -10,12 +10,12 @@ use crate::pose::samples::{checked, still};
 use crate::transform::Transform;
 
 /// A point in body axes, m.
-pub(super) fn point(position_m: [f32; 3]) -> CloudPoint {
+pub(crate) fn point(position_m: [f32; 3]) -> CloudPoint {
     CloudPoint { position_m, time_offset_ns: 0, colour: [10, 20, 30, 255] }
 }
 
 /// A coloured cloud in body axes, seen without moving.
-pub(super) fn header(points: usize, time_ns: i64) -> CloudHeader {
+pub(crate) fn header(points: usize, time_ns: i64) -> CloudHeader {
     CloudHeader {
         time_ns,
         width: points as u32,
@@ -26,7 +26,7 @@ pub(super) fn header(points: usize, time_ns: i64) -> CloudHeader {
 }
 
 /// The same cloud in the world, seen by a camera that stands somewhere, level, looking east.
-pub(super) fn placed(
+pub(crate) fn placed(
     camera: usize,
     time_ns: i64,
     origin_m: DVec3,

@@ -12,14 +12,14 @@ const EMPTY: u64 = 0;
 #[derive(Clone, Debug)]
 pub(super) struct SlotTable {
     entries: Vec<u64>,
-    /// The hash shifted right by this is an entry's home.
+    /// The hash shifted right by this, but for its lowest three bits, is an entry's home.
     shift: u32,
 }
 
 impl SlotTable {
     /// A table for so many slots, at most 2^30.
     pub(super) fn new(slots: usize) -> Self {
-        let size = (2 * slots).next_power_of_two().max(2);
+        let size = (2 * slots).next_power_of_two().max(8);
         Self { entries: vec![EMPTY; size], shift: 32 - size.ilog2() }
     }
 
@@ -43,6 +43,13 @@ impl SlotTable {
             }
             at = self.after(at);
         }
+    }
+
+    /// What the first look finds: most likely the slot stored with this hash, perhaps another's.
+    #[inline]
+    pub(super) fn guess(&self, hash: u32) -> Option<u32> {
+        let entry = self.entries[self.home(hash)];
+        (entry != EMPTY).then(|| slot_of(entry))
     }
 
     /// Stores a slot that is not stored yet; there must be room.
@@ -93,7 +100,7 @@ impl SlotTable {
 
     #[inline]
     fn home(&self, hash: u32) -> usize {
-        (hash >> self.shift) as usize
+        ((hash >> self.shift) & !7 | hash & 7) as usize
     }
 
     #[inline]

@@ -160,7 +160,8 @@ fn first_at_the_origin(config: &Config, report: &mut Report) {
     let Some(camera) = config.camera.first() else { return };
     let given = camera.synthetic.as_ref().and_then(|synthetic| synthetic.position_m);
     let fixed = camera.start.map_or([0.0; 3], |start| start.position_m);
-    if given.is_some_and(|place| place != fixed) {
+    let differs = |place: [f64; 3]| place.iter().zip(fixed).any(|(a, b)| (a - b).abs() > 1e-9);
+    if given.is_some_and(differs) {
         let problem = "the first camera fixes the world's origin".into();
         let allowed = "camera.start of the first camera, or the origin; move the scene instead";
         let start = "camera[0].start.position_m";

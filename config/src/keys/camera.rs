@@ -209,6 +209,13 @@ pub(super) const SYNTHETIC: &[Key] = &[
          refused; streets have up to 7°, ramps up to 9°.",
     ),
     key(
+        "arm_m",
+        Number(from_to(0.0, 10.0)),
+        "m",
+        "How far from the axis the camera is held in trajectories \"turns\" and \"tumble\". Long: \
+         what presses it outward passes for a bias of the accelerometer.",
+    ),
+    key(
         "position_m",
         Vector(plus_minus(1e4)),
         "m",
@@ -236,6 +243,13 @@ pub(super) const SYNTHETIC: &[Key] = &[
         "°",
         "Roll of a camera with trajectory \"standing\", right side down positive; some degrees, drawn \
          from the seed, if absent.",
+    ),
+    key(
+        "halt_s",
+        Number(from_to(0.0, 3600.0)),
+        "s",
+        "How long the walker on trajectory \"stairs\" halts on each landing between two flights; 0 walks \
+         on. The filter learns its velocity anew at each halt of a second or so.",
     ),
     key(
         "seed",

@@ -33,9 +33,9 @@ pub struct Depth {
 impl Default for Depth {
     /// 100,000 points at 15 Hz with the noise of a ZED 2.
     ///
-    /// Stereo gives σ_z = z² σ_d / (f b) (Gallup et al., "Variable Baseline/Resolution Stereo", CVPR
+    /// Stereo gives `σ_z = z² σ_d / (f b)` (Gallup et al., "Variable Baseline/Resolution Stereo", CVPR
     /// 2008). With the ZED 2's baseline b = 0.12 m, its focal length f = 528 px at 720 rows and
-    /// σ_d = 0.2 px that is 0.0032 z²; its data sheet's errors, 1 % at 3 m and 5 % at 15 m, are both
+    /// `σ_d` = 0.2 px that is 0.0032 z²; its data sheet's errors, 1 % at 3 m and 5 % at 15 m, are both
     /// 0.0033 z². Its range begins at 0.3 m and ends at 20 m.
     fn default() -> Self {
         Self {

@@ -86,9 +86,9 @@ pub fn execute(cli: &Cli) -> Result<(), CommandError> {
             logging::init(cli.log.as_deref(), None)?;
             Ok(replay::replay(&load(cli.config.as_deref())?, args)?)
         }
-        Some(Command::Evaluate(command)) => {
+        Some(Command::Evaluate(args)) => {
             logging::init(cli.log.as_deref(), None)?;
-            Ok(evaluate::evaluate(cli.config.as_deref(), command)?)
+            Ok(evaluate::evaluate(cli.config.as_deref(), args)?)
         }
         Some(Command::Calibrate(args)) => execute_calibrate(cli, args),
         Some(Command::Demo(args)) => {

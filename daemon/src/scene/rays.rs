@@ -166,6 +166,7 @@ impl Packet {
 
 impl Hits {
     /// Takes a stretch inside a solid if it begins ahead of the eye and before what was met so far.
+    #[allow(clippy::needless_bitwise_bool, reason = "lanes side by side have no branches")]
     fn take(&mut self, lane: usize, near: f32, far: f32, index: u32) {
         let is_first = (near <= far) & (near > 0.0) & (near < self.depth_m[lane]);
         self.depth_m[lane] = if is_first { near } else { self.depth_m[lane] };

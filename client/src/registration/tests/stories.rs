@@ -22,7 +22,12 @@ fn a_room_seen_from_two_places_comes_together() {
         let found = scene.register(away, PRIOR).unwrap();
         let fix = found.fix().unwrap();
         let (turn, shift) = error(fix.world_from_body, truth);
-        println!("{seed}: {:.3}° {:.1} mm {:?}", turn.length().to_degrees(), shift.length() * 1e3, found.statistics);
+        println!(
+            "{seed}: {:.3}° {:.1} mm {:?}",
+            turn.length().to_degrees(),
+            shift.length() * 1e3,
+            found.statistics
+        );
         assert!(turn.length().to_degrees() < 0.1, "{seed}: {turn}");
         assert!(shift.length() < 0.006, "{seed}: {shift}");
         assert!(found.statistics.rmse_after_m < found.statistics.rmse_before_m);
@@ -50,7 +55,10 @@ fn nees() {
         let mut scene = Scene::new(&Room::furnished(), &mapped, truth, seed);
         let away = PRIOR.draw(&mut scene.rng);
         let found = scene.register(away, PRIOR).unwrap();
-        let Ok(fix) = found.fix() else { println!("{seed}: {:?}", found.fix()); continue };
+        let Ok(fix) = found.fix() else {
+            println!("{seed}: {:?}", found.fix());
+            continue;
+        };
         let nees = |e: &crate::registration::PoseEstimate| {
             let (turn, shift) = error(e.world_from_body, truth);
             let x = crate::registration::prior::stack(turn, shift);
@@ -62,8 +70,20 @@ fn nees() {
         n += 1;
         if seed < 10 {
             let (turn, shift) = error(fix.world_from_body, truth);
-            println!("{seed}: {:.3}° {:.1} mm nees {:.2} σ {:.3}° {:.1}mm {:?}", turn.length().to_degrees(), shift.length() * 1e3, nees(&fix), crate::covariance::trace(&fix.covariance.orientation_rad2).sqrt().to_degrees(), crate::covariance::trace(&fix.covariance.position_m2).sqrt()*1e3, found.statistics);
+            println!(
+                "{seed}: {:.3}° {:.1} mm nees {:.2} σ {:.3}° {:.1}mm {:?}",
+                turn.length().to_degrees(),
+                shift.length() * 1e3,
+                nees(&fix),
+                crate::covariance::trace(&fix.covariance.orientation_rad2).sqrt().to_degrees(),
+                crate::covariance::trace(&fix.covariance.position_m2).sqrt() * 1e3,
+                found.statistics
+            );
         }
     }
-    println!("n {n} posterior {:.2} alone {:.2} worst {worst:.2}", post / f64::from(n), alone / f64::from(n));
+    println!(
+        "n {n} posterior {:.2} alone {:.2} worst {worst:.2}",
+        post / f64::from(n),
+        alone / f64::from(n)
+    );
 }

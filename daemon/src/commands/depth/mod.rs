@@ -101,7 +101,7 @@ pub fn depth(loaded: &Loaded, args: &DepthArgs) -> Result<(), DepthError> {
         let start = |(name, camera): (String, DepthCamera)| {
             let (client, scene, stop) = (client.clone(), &scene, &stop);
             let source_name = name.clone();
-            let serve = move || Source::open(&client, source_name, camera)?.serve(scene, stop);
+            let serve = move || Ok(Source::open(&client, source_name, camera)?.serve(scene, stop));
             let thread = thread::Builder::new().name(format!("depth-{name}"));
             let handle = thread.spawn_scoped(scope, serve).map_err(DepthError::Thread)?;
             Ok(Running { name, handle })

@@ -23,7 +23,7 @@ impl Schedule {
 
     /// When the next frame is exposed, `CLOCK_MONOTONIC`, ns.
     pub(super) const fn time_ns(&self) -> i64 {
-        self.first_ns + self.next as i64 * self.period_ns
+        self.first_ns + self.next.cast_signed() * self.period_ns
     }
 
     /// Between two frames, ns.

@@ -82,7 +82,7 @@ impl Source {
     }
 
     /// Publishes until it is told to stop.
-    pub(super) fn serve(mut self, scene: &Scene, stop: &StopFlag) -> Result<Tally, DepthError> {
+    pub(super) fn serve(mut self, scene: &Scene, stop: &StopFlag) -> Tally {
         let mut schedule = Schedule::new(monotonic_now_ns(), self.camera.settings().rate_hz);
         while !stop.is_raised() {
             let ready_ns = schedule.time_ns() + self.camera.shutter_ns();
@@ -101,7 +101,7 @@ impl Source {
             self.tally.missed = schedule.missed();
             self.report();
         }
-        Ok(self.tally)
+        self.tally
     }
 
     /// Waits until the truth is told up to a time; `false` if it was not by the deadline.
@@ -151,7 +151,8 @@ impl Source {
                 self.tally.published += 1;
                 self.was_refused = false;
                 if let Some((since, _)) = self.silent.take() {
-                    info!("{}: truth after {:.1} s", self.name, since.elapsed().as_secs_f64());
+                    let waited_s = since.elapsed().as_secs_f64();
+                    info!("{}: the camera's truth is there, after {waited_s:.1} s", self.name);
                 }
             }
             Exposed::Refused(error) => {

@@ -52,6 +52,9 @@ fn headings_turn_clockwise_seen_from_above() {
     assert!(scene.distance_m(end * 3.0, None) < 1e-12);
 }
 
+/// A time on the clock that is a multiple of the mover's period, ns.
+const SEVEN_MONTHS: i64 = 7_000_000_000 * 2_600_000;
+
 #[test]
 fn what_moves_goes_round_in_its_period_and_is_not_there_without_a_time() {
     let scene = Scene::new(&furnished());
@@ -61,7 +64,6 @@ fn what_moves_goes_round_in_its_period_and_is_not_there_without_a_time() {
         let offset = DVec3::new(settings.reach_east_m * cos, settings.reach_north_m * sin, 0.0);
         DVec3::from_array(settings.centre_m) + offset
     };
-    const SEVEN_MONTHS: i64 = 7_000_000_000 * 2_600_000;
     for eighth in 0..8 {
         let part = f64::from(eighth) / 8.0;
         let time_ns = SEVEN_MONTHS + (part * 7e9) as i64;
