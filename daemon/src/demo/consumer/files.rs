@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use lodestone_client::export::{ExportFilter, export_points, write_ply};
+use lodestone_client::{ExportFilter, export_points, write_ply};
 
 use super::ConsumerError;
 use super::merges::Merges;
