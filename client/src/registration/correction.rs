@@ -50,7 +50,12 @@ impl Correction {
 
     /// From the moved body to the moved point, m.
     pub(super) fn arm(&self, point: DVec3) -> DVec3 {
-        self.rotation * (point - self.pivot_m)
+        self.turn(point - self.pivot_m)
+    }
+
+    /// Which way a direction is turned.
+    pub(super) fn turn(&self, direction: DVec3) -> DVec3 {
+        self.rotation * direction
     }
 
     /// `x ⊞ δ`.

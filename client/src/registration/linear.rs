@@ -39,8 +39,13 @@ impl PriorTerm {
 impl Geometry {
     /// Evaluates matches twice: first plainly; then with the spread and the correlation of what the
     /// first step would leave, so that a misalignment is not taken for noise.
-    pub(super) fn of(matches: &[Match], target: &SurfaceMap, prior: &PriorTerm) -> Self {
-        let tukey = Tukey::of(matches.iter().map(|m| m.residual));
+    pub(super) fn of(
+        matches: &[Match],
+        target: &SurfaceMap,
+        prior: &PriorTerm,
+        smallest_scale: f64,
+    ) -> Self {
+        let tukey = Tukey::of(matches.iter().map(|m| m.residual), smallest_scale);
         let weights: Vec<f64> = matches.iter().map(|m| tukey.weight(m.residual)).collect();
         let degeneracy =
             Degeneracy::of(matches, &weights, |m| target.plane(m.plane).tilt_variance_rad2);
@@ -49,7 +54,7 @@ impl Geometry {
         let first = step(&(kept + prior.information), &(pull + prior.gradient));
 
         let left = after(matches, &first.unwrap_or_default());
-        let tukey = Tukey::of(left.iter().copied());
+        let tukey = Tukey::of(left.iter().copied(), smallest_scale);
         let weights: Vec<f64> = left.iter().map(|&r| tukey.weight(r)).collect();
         let scores: Vec<f64> = left.iter().zip(&weights).map(|(r, w)| r * w).collect();
         let independence = Independence::of(matches, &scores, &weights, target.patch_count());

@@ -9,7 +9,7 @@ use crate::frame::{Body, Rotation, World};
 use crate::transform::{Transform, body_from_optical_axes};
 
 /// Noise of the test's cameras, 1/m.
-pub(super) const NOISE_PER_M: f64 = 0.0033;
+pub(super) const NOISE_PER_M: f64 = 0.0016;
 
 /// Axis-parallel boxes, from one corner to the other, m; seen from inside or outside.
 #[derive(Clone, Debug)]
@@ -49,6 +49,7 @@ impl Room {
         noise_per_m: f64,
         rng: &mut ChaCha8Rng,
     ) -> Vec<DVec3> {
+        let noise_per_m = std::env::var("NOISE").ok().and_then(|v| v.parse::<f64>().ok()).unwrap_or(noise_per_m);
         let world_from_optical = world_from_body * body_from_optical_axes();
         let mut seen = Vec::new();
         for pixel in 0..columns * rows {

@@ -46,10 +46,16 @@ fn nees() {
     let (mapped, truth) = two_places();
     let (mut post, mut alone, mut n) = (0.0, 0.0, 0);
     let mut worst: f64 = 0.0;
+    let mut bias = (DVec3::ZERO, DVec3::ZERO);
+    let start = std::time::Instant::now(); let mut took = 0.0; let _ = start;
     for seed in 0..100 {
+        let b = std::time::Instant::now();
         let mut scene = Scene::new(&Room::furnished(), &mapped, truth, seed);
+        if seed == 0 { println!("scene {:?} {} planes", b.elapsed(), scene.target.len()); }
         let away = PRIOR.draw(&mut scene.rng);
+        let t = std::time::Instant::now();
         let found = scene.register(away, PRIOR).unwrap();
+        took += t.elapsed().as_secs_f64();
         let Ok(fix) = found.fix() else { println!("{seed}: {:?}", found.fix()); continue };
         let nees = |e: &crate::registration::PoseEstimate| {
             let (turn, shift) = error(e.world_from_body, truth);
@@ -60,10 +66,13 @@ fn nees() {
         alone += nees(&fix);
         worst = worst.max(nees(&fix));
         n += 1;
-        if seed < 10 {
+        let (turn, shift) = error(fix.world_from_body, truth);
+        bias.0 += turn.map(f64::to_degrees) / 100.0;
+        bias.1 += shift * 10.0;
+        if seed < 3 {
             let (turn, shift) = error(fix.world_from_body, truth);
             println!("{seed}: {:.3}° {:.1} mm nees {:.2} σ {:.3}° {:.1}mm {:?}", turn.length().to_degrees(), shift.length() * 1e3, nees(&fix), crate::covariance::trace(&fix.covariance.orientation_rad2).sqrt().to_degrees(), crate::covariance::trace(&fix.covariance.position_m2).sqrt()*1e3, found.statistics);
         }
     }
-    println!("n {n} posterior {:.2} alone {:.2} worst {worst:.2}", post / f64::from(n), alone / f64::from(n));
+    println!("n {n} posterior {:.2} alone {:.2} worst {worst:.2} bias ° {:.3} mm {:.1} took {:.1} ms, all {:.1} s", post / f64::from(n), alone / f64::from(n), bias.0, bias.1, took*10.0, start.elapsed().as_secs_f64());
 }
