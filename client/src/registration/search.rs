@@ -42,6 +42,9 @@ const SHRINKING: f64 = 0.7;
 const COARSE: usize = 4;
 /// A step of so many standard deviations of the result is rest.
 const REST_SIGMA: f64 = 0.1;
+/// Full steps between clouds that are close; then half ones, so that points which change planes to and fro
+/// come to rest in between.
+const FULL_STEPS: usize = 4;
 /// Fewest matches that are linearised at all.
 const FEWEST_MATCHES: usize = 50;
 
@@ -53,7 +56,7 @@ impl Problem<'_> {
         let coarse: Vec<SourcePoint> = self.source.iter().step_by(COARSE).copied().collect();
         let mut correction = Correction::none(self.prior.world_from_body.origin());
         let mut reach = Reach { misaligned_m: self.misalignment() , sigmas: SIGMAS };
-        let mut step_sigma = f64::INFINITY;
+        let (mut step_sigma, mut close) = (f64::INFINITY, 0);
         for iteration in 1..=self.settings.iterations {
             let closing = reach.misaligned_m > CLOSE * self.target.spacing_m();
             let source = if closing { &coarse } else { self.source };
@@ -64,7 +67,8 @@ impl Problem<'_> {
             if !closing && step_sigma < REST_SIGMA {
                 return self.with_overlap(rest);
             }
-            correction = correction.plus(&step);
+            correction = correction.plus(&(step * if close < FULL_STEPS { 1.0 } else { 0.5 }));
+            close += usize::from(!closing);
             reach.misaligned_m *= if closing { SHRINKING } else { 0.0 };
         }
         Err(RegistrationError::NotConverged { iterations: self.settings.iterations, step_sigma })

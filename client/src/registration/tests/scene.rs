@@ -8,7 +8,7 @@ use super::room::{NOISE_PER_M, Room, normal3, voxels};
 use crate::frame::{Body, Rotation, World};
 use crate::registration::{
     Alignment, DepthNoise, PoseCovariance, PosePrior, RegistrationError, RegistrationSettings,
-    SourceCloud, SurfaceMap, register,
+    SourceCloud, SurfaceMap, SurfaceSettings, register,
 };
 use crate::transform::{Transform, body_from_optical_axes};
 
@@ -59,11 +59,11 @@ impl Scene {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut map = Vec::new();
         for from in mapped_from {
-            let scan = room.scan(*from, (200, 120), NOISE_PER_M, &mut rng);
+            let scan = room.scan(*from, (160, 96), NOISE_PER_M, &mut rng);
             map.extend(scan.iter().map(|point| from.apply(*point)));
         }
-        let target = SurfaceMap::new(voxels(&map, 0.05), &settings()).unwrap();
-        let source_in_body = room.scan(truth, (100, 60), NOISE_PER_M, &mut rng);
+        let target = SurfaceMap::new(voxels(&map, 0.05), &SurfaceSettings::default()).unwrap();
+        let source_in_body = room.scan(truth, (80, 48), NOISE_PER_M, &mut rng);
         Self { target, source_in_body, truth, rng }
     }
 
@@ -84,14 +84,4 @@ impl Scene {
         let source = self.source(world_from_body);
         register(&self.target, &source, &prior, &RegistrationSettings::default())
     }
-}
-
-fn settings() -> crate::registration::SurfaceSettings {
-    let mut s = crate::registration::SurfaceSettings::default();
-    let var = |n: &str| std::env::var(n).ok().and_then(|v| v.parse::<f64>().ok());
-    if let Some(v) = var("PLAN") { s.planarity = v; }
-    if let Some(v) = var("MANY") { s.many_neighbours = std::num::NonZero::new(v as usize).unwrap(); }
-    if let Some(v) = var("FEW") { s.neighbours = std::num::NonZero::new(v as usize).unwrap(); }
-    if let Some(v) = var("RAD") { s.radius_m = v; }
-    s
 }
