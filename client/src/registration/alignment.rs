@@ -77,10 +77,11 @@ impl Alignment {
 
     pub(super) fn of(problem: &Problem<'_>, rest: &Rest) -> Result<Self, RegistrationError> {
         let unusable = RegistrationError::UnusablePrior;
-        let (information, gradient) = rest.total();
+        let (own, pull) = rest.geometry.remapped();
+        let information = own + rest.prior.information;
+        let gradient = pull + rest.prior.gradient;
         let towards = step(&information, &gradient).ok_or(unusable.clone())?;
         let posterior = estimate(problem.prior, rest, &towards, &information).ok_or(unusable)?;
-        let (own, pull) = (rest.geometry.information, rest.geometry.gradient);
         let alone = step(&own, &pull).filter(|_| rest.geometry.degeneracy.unseen().is_empty());
         let geometry = alone.and_then(|away| estimate(problem.prior, rest, &away, &own));
         Ok(Self {

@@ -47,11 +47,8 @@ impl Geometry {
     ) -> Self {
         let tukey = Tukey::of(matches.iter().map(|m| m.residual), smallest_scale);
         let weights: Vec<f64> = matches.iter().map(|m| tukey.weight(m.residual)).collect();
-        let degeneracy =
-            Degeneracy::of(matches, &weights, |m| target.plane(m.plane).tilt_variance_rad2);
         let (information, gradient) = sums(matches, &weights);
-        let (kept, pull) = degeneracy.remap(&information, &gradient);
-        let first = step(&(kept + prior.information), &(pull + prior.gradient));
+        let first = step(&(information + prior.information), &(gradient + prior.gradient));
 
         let left = after(matches, &first.unwrap_or_default());
         let tukey = Tukey::of(left.iter().copied(), smallest_scale);
@@ -61,8 +58,9 @@ impl Geometry {
         let shared = |(m, w): (&Match, &f64)| w * independence.share(m.patch);
         let counted: Vec<f64> = matches.iter().zip(&weights).map(shared).collect();
         let (information, gradient) = sums(matches, &counted);
-        let (information, gradient) = degeneracy.remap(&information, &gradient);
         let dispersion = tukey.dispersion(left.iter().copied());
+        let degeneracy =
+            Degeneracy::of(matches, &weights, |m| target.plane(m.plane).tilt_variance_rad2);
         Self {
             information: information / dispersion,
             gradient: gradient / dispersion,
@@ -71,6 +69,16 @@ impl Geometry {
             patches: independence.patches(),
             weights,
         }
+    }
+}
+
+impl Geometry {
+    /// Information and gradient without those of movements that are not seen.
+    ///
+    /// The search itself takes all there is: with the prior it stands firm, and a threshold in its steps
+    /// would make it swing where a movement is barely seen.
+    pub(super) fn remapped(&self) -> (Matrix6<f64>, Vector6<f64>) {
+        self.degeneracy.remap(&self.information, &self.gradient)
     }
 }
 
