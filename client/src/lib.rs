@@ -91,9 +91,9 @@ pub use history::History;
 pub use limits::{LookupLimits, PredictionNoise};
 pub use lodestone_schema::transport::{Availability, Domain, DomainError, OpenError};
 pub use lodestone_schema::{
-    AidFlags, Aiding, AidingKind, AidingOrigin, AlignmentWait, CalibratedSample, CloudFields,
-    CloudFrame, CloudHeader, CloudPoint, DistanceSource, HeadingSource, Health, LaneState,
-    NorthKind, Pose, PositionSource, SampleFlags, Status, Validity, WorldState,
+    AidFlags, Aiding, AidingKind, AidingOrigin, AlignmentWait, AnchorRefusal, CalibratedSample,
+    CloudFields, CloudFrame, CloudHeader, CloudPoint, DistanceSource, HeadingSource, Health,
+    LaneState, NorthKind, Pose, PositionSource, SampleFlags, Status, Validity, WorldState,
 };
 pub use merge::{
     CameraMerge, CloudMerger, CloudMergerBuilder, Lateness, MapCounts, MergeCounts, MergeError,

@@ -40,7 +40,7 @@ pub use cloud::{CloudFields, CloudFrame, CloudHeader, CloudPoint};
 pub use flags::{
     AidFlags, DistanceSource, HeadingSource, PositionSource, SampleFlags, Status, Validity,
 };
-pub use health::{AlignmentWait, Health, LaneState};
+pub use health::{AlignmentWait, AnchorRefusal, Health, LaneState};
 pub use name::{NAME_BYTES, name_of, to_name};
 pub use pose::Pose;
 pub use relative::Relative;

@@ -109,7 +109,10 @@ mod tests {
             assert!((found.correlation() - expected).abs() < 0.05, "{shared}");
             // Var(mean) = s² + 1/n, and (1 + s²) / (n share) must be the same.
             let variance = (1.0 + shared * shared) / (20.0 * found.share(0));
-            assert!((variance / (shared * shared + 0.05) - 1.0).abs() < 0.3, "{shared}: {variance}");
+            assert!(
+                (variance / (shared * shared + 0.05) - 1.0).abs() < 0.3,
+                "{shared}: {variance}"
+            );
         }
         assert!(patches(400, 20, 0.0).points() > 6_000.0);
         assert!(patches(400, 20, 20.0).points() < 420.0);

@@ -77,7 +77,8 @@ pub fn register(
     settings: &RegistrationSettings,
 ) -> Result<Alignment, RegistrationError> {
     let covariance = prior.covariance.matrix();
-    let finite = prior.world_from_body.origin().is_finite() && covariance.iter().all(|c| c.is_finite());
+    let finite =
+        prior.world_from_body.origin().is_finite() && covariance.iter().all(|c| c.is_finite());
     let inverse = covariance.cholesky().filter(|_| finite).map(|factor| factor.inverse());
     let inverse_covariance = inverse.ok_or(RegistrationError::UnusablePrior)?;
     if source.len() < FEWEST_POINTS {

@@ -91,7 +91,8 @@ mod tests {
     #[test]
     fn what_is_not_there_is_left_out_and_far_points_count_less() {
         let lens = Transform::new(Rotation::IDENTITY, DVec3::X);
-        let points = [DVec3::NAN, DVec3::ZERO, DVec3::new(1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 4.0)];
+        let points =
+            [DVec3::NAN, DVec3::ZERO, DVec3::new(1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 4.0)];
         let cloud = SourceCloud::new(lens, points, DepthNoise::from_header(0.01));
         let sigmas: Vec<_> = cloud.thinned(9).iter().map(|p| p.ray.length() * p.sigma_per_range).collect();
         assert!((sigmas[0] - 0.04).abs() < 1e-8 && (sigmas[1] - 0.16).abs() < 1e-8, "{sigmas:?}");

@@ -127,7 +127,8 @@ type Tree = ImmutableKdTree<f64, 3>;
 
 fn index(points: impl Iterator<Item = DVec3>) -> Result<Tree, RegistrationError> {
     let rows: Vec<[f64; 3]> = points.map(|point| point.to_array()).collect();
-    Tree::new_from_slice(&rows).map_err(|error| RegistrationError::Index { what: error.to_string() })
+    Tree::new_from_slice(&rows)
+        .map_err(|error| RegistrationError::Index { what: error.to_string() })
 }
 
 /// Points with their weights, found by place.

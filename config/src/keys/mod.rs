@@ -6,11 +6,13 @@ mod calibration;
 mod camera;
 mod config;
 mod covariance;
+mod depth;
 mod kept_world;
 mod kind;
 mod matrix;
 mod number;
 mod range;
+mod scene;
 mod text;
 
 pub(crate) use calibration::CALIBRATION;

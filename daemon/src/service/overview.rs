@@ -128,6 +128,7 @@ impl LaneMonitor {
         health.time_ns = now.as_nanos();
         health.state = self.board.state().code();
         health.alignment_wait = self.board.alignment_wait().code();
+        health.anchor_refusal = self.board.anchor_refusal().code();
         health.members_in_use = self.board.members_in_use();
         health.status = latest.status.bits();
         health.validity = latest.validity.bits();

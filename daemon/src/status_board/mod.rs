@@ -11,7 +11,7 @@ mod status;
 
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
-use lodestone_schema::{AlignmentWait, LaneState};
+use lodestone_schema::{AlignmentWait, AnchorRefusal, LaneState};
 
 pub use counter::{Counter, CounterValues, LaneCounters};
 pub use histogram::{Histogram, LatencySummary};
@@ -33,6 +33,7 @@ pub struct LaneBoard {
     pub latest: Latest,
     state: AtomicU8,
     alignment_wait: AtomicU8,
+    anchor_refusal: AtomicU8,
     members_in_use: AtomicU64,
 }
 
@@ -66,6 +67,17 @@ impl LaneBoard {
     /// Says why the alignment is not done.
     pub fn set_alignment_wait(&self, wait: AlignmentWait) {
         self.alignment_wait.store(wait.code(), Ordering::Relaxed);
+    }
+
+    /// Why the last measurement against another camera was not used.
+    pub fn anchor_refusal(&self) -> AnchorRefusal {
+        let code = self.anchor_refusal.load(Ordering::Relaxed);
+        AnchorRefusal::from_code(code).unwrap_or(AnchorRefusal::None)
+    }
+
+    /// Says why the last measurement against another camera was not used.
+    pub fn set_anchor_refusal(&self, refusal: AnchorRefusal) {
+        self.anchor_refusal.store(refusal.code(), Ordering::Relaxed);
     }
 
     /// One bit for each member of a rigid body in use; 0 for a camera.
