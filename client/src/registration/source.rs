@@ -53,8 +53,16 @@ impl SourceCloud {
         points: impl IntoIterator<Item = DVec3>,
         noise: DepthNoise,
     ) -> Self {
-        let lens = world_from_optical.origin();
         let axis = world_from_optical.rotation().apply(DVec3::Z);
+        Self::seen_from((world_from_optical.origin(), axis), points, noise)
+    }
+
+    /// The same, from a lens and the direction it looks in the world.
+    pub(crate) fn seen_from(
+        (lens, axis): (DVec3, DVec3),
+        points: impl IntoIterator<Item = DVec3>,
+        noise: DepthNoise,
+    ) -> Self {
         let point = |position: DVec3| {
             let ray = position - lens;
             let depth = axis.dot(ray);
