@@ -59,7 +59,7 @@ const TARGETS: [(&str, f64, OfRound); 10] = [
     }),
 ];
 
-/// Every promise of which enough was measured. For `rounds` of outcomes.
+/// Every promise of which enough was measured.
 pub fn targets(rounds: &[Vec<Outcome>]) -> Vec<Target> {
     let judged = TARGETS.iter().filter_map(|(promise, limit, of_round)| {
         let found: Vec<f64> = rounds.iter().filter_map(|round| of_round(round)).collect();
@@ -78,9 +78,9 @@ fn figure(round: &[Outcome], subject: Subject, name: &str) -> Option<f64> {
     figures.iter().find(|(known, _)| known == name).map(|(_, value)| *value)
 }
 
-/// The whole way of what crossed no gap.
 type Percentile = fn(&Histogram) -> Option<f64>;
 
+/// Of a subject's whole way, without what crossed a gap, µs.
 fn of(round: &[Outcome], subject: Subject, percentile: Percentile) -> Option<f64> {
     let latency = outcome(round, subject)?.latency.as_ref()?;
     percentile(latency.clean.of(Stage::ArrivalToSeen))
