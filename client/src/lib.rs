@@ -62,6 +62,7 @@ mod pace;
 mod pose;
 mod pose_stream;
 mod predict;
+mod refine;
 pub mod registration;
 mod relative;
 mod request;
@@ -103,6 +104,9 @@ pub use merge::{
 pub use message::Message;
 pub use pose::{CameraPose, Heading, Origin};
 pub use pose_stream::{PoseStream, PoseStreamBuilder};
+pub use refine::{
+    CloudFix, CloudRefiner, Placement, RefineError, RefineReport, RefineSettings, Refusals,
+};
 pub use relative::{RelativeMessage, RelativePose, RelativeStream};
 pub use request::RequestError;
 pub use sample::Sample;

@@ -61,6 +61,11 @@ impl Placement {
         self.rotation * point_m + self.translation_m
     }
 
+    /// Which way a direction of the sensor points in the world.
+    pub(crate) fn turn(&self, direction: Vec3) -> Vec3 {
+        self.rotation * direction
+    }
+
     /// Straight between two; not quite a rotation, see [`KNOT_STEP_NS`].
     #[inline]
     fn between(a: &Self, b: &Self, s: f32) -> Self {

@@ -1,7 +1,7 @@
 //! A cloud's points in the world, each by the pose at its own time.
 
 use glam::{DVec3, Vec3};
-use lodestone_schema::CloudPoint;
+use lodestone_schema::{CloudFrame, CloudPoint};
 
 use crate::cloud::{CloudInfo, MOST_OFFSET_NS, Motion};
 use crate::pose::CameraPose;
@@ -128,6 +128,23 @@ impl PlacedCloud {
     pub fn positions_m(&self) -> impl ExactSizeIterator<Item = DVec3> {
         let origin_m = self.origin_m();
         self.points.iter().map(move |p| origin_m + Vec3::from_array(p.offset_m).as_dvec3())
+    }
+
+    /// Which way the sensor looked at the cloud's time, in the world's axes.
+    pub fn axis(&self) -> DVec3 {
+        let axis = match self.info.frame() {
+            CloudFrame::Optical => Vec3::Z,
+            CloudFrame::Body => Vec3::X,
+        };
+        self.motion.at(0).turn(axis).as_dvec3()
+    }
+
+    /// The same cloud with so many of its points at most, evenly out of all.
+    #[must_use]
+    pub fn thinned(&self, points: usize) -> Self {
+        let step = self.points.len().div_ceil(points.max(1)).max(1);
+        let points = self.points.iter().step_by(step).copied().collect();
+        Self { points, motion: self.motion.clone(), ..*self }
     }
 
     /// What became of the cloud's points.

@@ -59,7 +59,8 @@ pub struct Alignment {
 
 impl Alignment {
     /// What the geometry says alone: a measurement that may be given to whoever made the prior without
-    /// counting the prior twice. The map's own error is not in its covariance.
+    /// counting the prior twice. Where the map as a whole is wrong in the world, so is this: its covariance is
+    /// that of the pose relative to the map.
     ///
     /// # Errors
     /// [`RegistrationError::Degenerate`] if the geometry leaves any movement open,
@@ -76,10 +77,11 @@ impl Alignment {
 
     pub(super) fn of(problem: &Problem<'_>, rest: &Rest) -> Result<Self, RegistrationError> {
         let unusable = RegistrationError::UnusablePrior;
-        let (information, gradient) = rest.total();
+        let (own, pull) = rest.geometry.remapped();
+        let information = own + rest.prior.information;
+        let gradient = pull + rest.prior.gradient;
         let towards = step(&information, &gradient).ok_or(unusable.clone())?;
         let posterior = estimate(problem.prior, rest, &towards, &information).ok_or(unusable)?;
-        let (own, pull) = (rest.geometry.information, rest.geometry.gradient);
         let alone = step(&own, &pull).filter(|_| rest.geometry.degeneracy.unseen().is_empty());
         let geometry = alone.and_then(|away| estimate(problem.prior, rest, &away, &own));
         Ok(Self {
@@ -93,6 +95,11 @@ impl Alignment {
     }
 }
 
+/// What all planes of a map may have in common, as a share of a pair's noise: the bias of planes through
+/// noisy points, towards the inside of corners and with the noise's growth along a wall. It does not
+/// average out, neither over points nor over registrations against the same map.
+const SHARED_OF_NOISE: f64 = 0.05;
+
 fn estimate(
     prior: &PosePrior,
     rest: &Rest,
@@ -100,7 +107,8 @@ fn estimate(
     information: &Matrix6<f64>,
 ) -> Option<PoseEstimate> {
     let correction = rest.correction.plus(step);
-    let covariance = PoseCovariance::from_matrix(&information.cholesky()?.inverse());
+    let systematic = rest.geometry.degeneracy.uncertain(SHARED_OF_NOISE * rest.typical_sigma_m());
+    let covariance = PoseCovariance::from_matrix(&(information.cholesky()?.inverse() + systematic));
     let pose = correction.transform() * prior.world_from_body;
     Some(PoseEstimate { world_from_body: pose, covariance, correction })
 }

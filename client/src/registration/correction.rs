@@ -21,6 +21,17 @@ pub struct Correction {
 }
 
 impl Correction {
+    /// A turn about the world's axes, rad, around a pivot, m, and a shift, m.
+    pub(crate) fn new(pivot_m: DVec3, turn_rad: DVec3, translation_m: DVec3) -> Self {
+        Self { rotation: DQuat::from_scaled_axis(turn_rad), translation_m, pivot_m }
+    }
+
+    /// The opposite of [`Correction::vector`].
+    pub(crate) fn about(pivot_m: DVec3, vector: &Vector6<f64>) -> Self {
+        let (turn, shift) = halves(vector);
+        Self::new(pivot_m, turn, shift)
+    }
+
     /// No movement.
     pub(super) const fn none(pivot_m: DVec3) -> Self {
         Self { rotation: DQuat::IDENTITY, translation_m: DVec3::ZERO, pivot_m }
@@ -50,7 +61,12 @@ impl Correction {
 
     /// From the moved body to the moved point, m.
     pub(super) fn arm(&self, point: DVec3) -> DVec3 {
-        self.rotation * (point - self.pivot_m)
+        self.turn(point - self.pivot_m)
+    }
+
+    /// Which way a direction is turned.
+    pub(super) fn turn(&self, direction: DVec3) -> DVec3 {
+        self.rotation * direction
     }
 
     /// `x ⊞ δ`.
@@ -61,7 +77,7 @@ impl Correction {
     }
 
     /// `(Log R, t)`: how far it is from no movement.
-    pub(super) fn vector(&self) -> Vector6<f64> {
+    pub(crate) fn vector(&self) -> Vector6<f64> {
         stack(self.rotation_rad(), self.translation_m)
     }
 

@@ -57,6 +57,8 @@ fn axis(v: DVec3) -> String {
 /// solution remapping this is).
 #[derive(Clone, Debug)]
 pub(super) struct Degeneracy {
+    /// Step of the correction for a movement about the middle.
+    to_correction: Matrix6<f64>,
     /// Projects a step of the correction on the movements seen.
     seen: Matrix6<f64>,
     unseen: Vec<Direction>,
@@ -87,7 +89,7 @@ impl Degeneracy {
         let least = SMALLEST_SHARE + ABOVE_CHANCE * chance / total;
         let (seen, unseen) = split(mean / total, least);
         let from_correction = about_body(-middle / radius, radius.recip());
-        Self { seen: to_correction * seen * from_correction, unseen }
+        Self { to_correction, seen: to_correction * seen * from_correction, unseen }
     }
 
     /// Leaves of a normal matrix and a gradient what the geometry tells; the rest is the prior's.
@@ -101,6 +103,11 @@ impl Degeneracy {
         }
         let kept = self.seen.tr_mul(&(information * self.seen));
         (kept, self.seen.tr_mul(gradient))
+    }
+
+    /// Covariance of a correction whose every movement is uncertain by `sigma_m` at the points.
+    pub(super) fn uncertain(&self, sigma_m: f64) -> Matrix6<f64> {
+        self.to_correction * self.to_correction.transpose() * (sigma_m * sigma_m)
     }
 
     /// Movements that the geometry leaves open.

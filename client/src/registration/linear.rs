@@ -39,25 +39,28 @@ impl PriorTerm {
 impl Geometry {
     /// Evaluates matches twice: first plainly; then with the spread and the correlation of what the
     /// first step would leave, so that a misalignment is not taken for noise.
-    pub(super) fn of(matches: &[Match], target: &SurfaceMap, prior: &PriorTerm) -> Self {
-        let tukey = Tukey::of(matches.iter().map(|m| m.residual));
+    pub(super) fn of(
+        matches: &[Match],
+        target: &SurfaceMap,
+        prior: &PriorTerm,
+        smallest_scale: f64,
+    ) -> Self {
+        let tukey = Tukey::of(matches.iter().map(|m| m.residual), smallest_scale);
         let weights: Vec<f64> = matches.iter().map(|m| tukey.weight(m.residual)).collect();
-        let degeneracy =
-            Degeneracy::of(matches, &weights, |m| target.plane(m.plane).tilt_variance_rad2);
         let (information, gradient) = sums(matches, &weights);
-        let (kept, pull) = degeneracy.remap(&information, &gradient);
-        let first = step(&(kept + prior.information), &(pull + prior.gradient));
+        let first = step(&(information + prior.information), &(gradient + prior.gradient));
 
         let left = after(matches, &first.unwrap_or_default());
-        let tukey = Tukey::of(left.iter().copied());
+        let tukey = Tukey::of(left.iter().copied(), smallest_scale);
         let weights: Vec<f64> = left.iter().map(|&r| tukey.weight(r)).collect();
         let scores: Vec<f64> = left.iter().zip(&weights).map(|(r, w)| r * w).collect();
         let independence = Independence::of(matches, &scores, &weights, target.patch_count());
         let shared = |(m, w): (&Match, &f64)| w * independence.share(m.patch);
         let counted: Vec<f64> = matches.iter().zip(&weights).map(shared).collect();
         let (information, gradient) = sums(matches, &counted);
-        let (information, gradient) = degeneracy.remap(&information, &gradient);
         let dispersion = tukey.dispersion(left.iter().copied());
+        let degeneracy =
+            Degeneracy::of(matches, &weights, |m| target.plane(m.plane).tilt_variance_rad2);
         Self {
             information: information / dispersion,
             gradient: gradient / dispersion,
@@ -66,6 +69,16 @@ impl Geometry {
             patches: independence.patches(),
             weights,
         }
+    }
+}
+
+impl Geometry {
+    /// Information and gradient without those of movements that are not seen.
+    ///
+    /// The search itself takes all there is: with the prior it stands firm, and a threshold in its steps
+    /// would make it swing where a movement is barely seen.
+    pub(super) fn remapped(&self) -> (Matrix6<f64>, Vector6<f64>) {
+        self.degeneracy.remap(&self.information, &self.gradient)
     }
 }
 

@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3};
 use nalgebra::{Matrix3, Matrix6, Vector6};
 
+use crate::covariance::cross_matrix;
 use crate::error::NotValid;
 use crate::frame::{Body, World};
 use crate::pose::CameraPose;
@@ -36,8 +37,20 @@ impl PoseCovariance {
         }
     }
 
+    /// What the same error is for something rigidly fixed to the pose, `arm_m` away from it in the world's
+    /// axes: a turn moves it by `φ × arm`.
+    pub(crate) fn at_arm(&self, arm_m: DVec3) -> Self {
+        let lever = -cross_matrix(arm_m);
+        let turned = lever * self.orientation_rad2;
+        let mixed = lever * self.cross_m_rad.transpose();
+        let position_m2 =
+            self.position_m2 + turned * lever.transpose() + mixed + mixed.transpose();
+        let cross_m_rad = self.cross_m_rad + turned;
+        Self { orientation_rad2: self.orientation_rad2, cross_m_rad, position_m2 }
+    }
+
     /// Orientation first, then position.
-    pub(super) fn matrix(&self) -> Matrix6<f64> {
+    pub(crate) fn matrix(&self) -> Matrix6<f64> {
         let mut all = Matrix6::zeros();
         let cross = matrix3(self.cross_m_rad);
         all.fixed_view_mut::<3, 3>(0, 0).copy_from(&matrix3(self.orientation_rad2));
@@ -98,6 +111,21 @@ pub(super) fn halves(v: &Vector6<f64>) -> (DVec3, DVec3) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_turn_moves_what_is_far_away() {
+        let turn = DMat3::from_diagonal(DVec3::new(0.0, 0.0, 1e-4));
+        let far = PoseCovariance::independent(turn, DMat3::IDENTITY * 1e-6).at_arm(DVec3::X * 5.0);
+        // 0.01 rad about up, at 5 m east: 5 cm north.
+        let north = far.position_m2.y_axis.y.sqrt();
+        assert!((north - 0.05).abs() < 1e-4, "{north}");
+        assert!((far.position_m2.x_axis.x - 1e-6).abs() < 1e-15);
+        assert!((far.cross_m_rad.z_axis.y - 5e-4).abs() < 1e-12, "{}", far.cross_m_rad);
+        // And back again.
+        let back = far.at_arm(DVec3::X * -5.0);
+        assert!(back.position_m2.abs_diff_eq(DMat3::IDENTITY * 1e-6, 1e-12));
+        assert!(back.cross_m_rad.abs_diff_eq(DMat3::ZERO, 1e-12));
+    }
 
     #[test]
     fn blocks_and_matrix_are_inverse() {

@@ -13,19 +13,17 @@ impl Tukey {
     const CUT: f64 = 4.685;
     /// A normal distribution's standard deviation over its median absolute deviation.
     const SIGMA_PER_MAD: f64 = 1.4826;
-    /// Noise of the target's and the source's points may be this much better than declared.
-    const SMALLEST_SCALE: f64 = 0.05;
 
     /// Takes the scale from the residuals themselves: as the clouds come together it shrinks, and what
-    /// does not belong to the target drops out.
-    pub(super) fn of(residuals: impl Iterator<Item = f64>) -> Self {
+    /// does not belong to the target drops out. It goes no lower than `smallest`.
+    pub(super) fn of(residuals: impl Iterator<Item = f64>, smallest: f64) -> Self {
         let mut sizes: Vec<f64> = residuals.map(f64::abs).collect();
         if sizes.is_empty() {
             return Self { cut: Self::CUT };
         }
         let middle = sizes.len() / 2;
         let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-        Self { cut: Self::CUT * (median * Self::SIGMA_PER_MAD).max(Self::SMALLEST_SCALE) }
+        Self { cut: Self::CUT * (median * Self::SIGMA_PER_MAD).max(smallest) }
     }
 
     /// Beyond which residual nothing counts.
@@ -80,7 +78,7 @@ mod tests {
     #[test]
     fn scale_and_dispersion_are_those_of_the_noise() {
         let residuals: Vec<f64> = normal(20_000).iter().map(|r| 3.0 * r).collect();
-        let tukey = Tukey::of(residuals.iter().copied());
+        let tukey = Tukey::of(residuals.iter().copied(), 0.1);
         assert!((tukey.cut() / (3.0 * 4.685) - 1.0).abs() < 0.03);
         // The mean of Tukey's estimate has variance σ² / 0.95 n; Σw is 0.91 n.
         let weights: f64 = residuals.iter().map(|&r| tukey.weight(r)).sum();
@@ -93,9 +91,9 @@ mod tests {
     fn what_is_far_out_does_not_count() {
         let mut residuals = normal(700);
         residuals.extend([50.0; 300]);
-        let tukey = Tukey::of(residuals.iter().copied());
+        let tukey = Tukey::of(residuals.iter().copied(), 0.1);
         assert_eq!(tukey.weight(50.0), 0.0);
         assert_eq!(tukey.weight(0.0), 1.0);
-        assert!(Tukey::of(std::iter::empty()).cut() > 0.0);
+        assert!(Tukey::of(std::iter::empty(), 0.1).cut() > 0.0);
     }
 }

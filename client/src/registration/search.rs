@@ -31,17 +31,20 @@ pub(super) struct Rest {
     pub(super) iterations: usize,
 }
 
-/// Standard deviations of the prior within which planes are looked for at first: enough that a prior
-/// which is wrong is found to be so, not left without a match.
-const PRIOR_SIGMAS: f64 = 6.0;
-/// Standard deviations of a pair within which planes are looked for in the end.
-const NOISE_SIGMAS: f64 = 5.0;
-/// What of the reach is left after a step.
+/// Standard deviations of a pair within which planes are looked for: enough that a prior which is wrong is
+/// found to be so, not left without a match.
+const SIGMAS: f64 = 5.0;
+/// Clouds that are misaligned by so much of the target's spacing have come close.
+const CLOSE: f64 = 0.25;
+/// What of the misalignment is taken to be left after a step.
 const SHRINKING: f64 = 0.7;
-/// While the reach is above the noise, one point of so many does.
+/// Until the clouds are close, one point of so many does.
 const COARSE: usize = 4;
 /// A step of so many standard deviations of the result is rest.
 const REST_SIGMA: f64 = 0.1;
+/// Full steps between clouds that are close; then half ones, so that points which change planes to and fro
+/// come to rest in between.
+const FULL_STEPS: usize = 4;
 /// Fewest matches that are linearised at all.
 const FEWEST_MATCHES: usize = 50;
 
@@ -52,10 +55,10 @@ impl Problem<'_> {
     pub(super) fn search(&self) -> Result<Rest, RegistrationError> {
         let coarse: Vec<SourcePoint> = self.source.iter().step_by(COARSE).copied().collect();
         let mut correction = Correction::none(self.prior.world_from_body.origin());
-        let mut reach = Reach { distance_m: self.first_reach(), sigmas: NOISE_SIGMAS };
-        let mut step_sigma = f64::INFINITY;
+        let mut reach = Reach { misaligned_m: self.misalignment() , sigmas: SIGMAS };
+        let (mut step_sigma, mut close) = (f64::INFINITY, 0);
         for iteration in 1..=self.settings.iterations {
-            let closing = reach.distance_m > self.target.spacing_m();
+            let closing = reach.misaligned_m > CLOSE * self.target.spacing_m();
             let source = if closing { &coarse } else { self.source };
             let rest = self.linearise(&correction, source, reach, iteration)?;
             let (information, gradient) = rest.total();
@@ -64,8 +67,9 @@ impl Problem<'_> {
             if !closing && step_sigma < REST_SIGMA {
                 return self.with_overlap(rest);
             }
-            correction = correction.plus(&step);
-            reach.distance_m = if closing { reach.distance_m * SHRINKING } else { 0.0 };
+            correction = correction.plus(&(step * if close < FULL_STEPS { 1.0 } else { 0.5 }));
+            close += usize::from(!closing);
+            reach.misaligned_m *= if closing { SHRINKING } else { 0.0 };
         }
         Err(RegistrationError::NotConverged { iterations: self.settings.iterations, step_sigma })
     }
@@ -82,19 +86,19 @@ impl Problem<'_> {
             return Err(self.no_overlap(matches.len() as f64 / source.len() as f64));
         }
         let prior = PriorTerm::at(correction, &self.inverse_covariance);
-        let geometry = Geometry::of(&matches, self.target, &prior);
+        let geometry = Geometry::of(&matches, self.target, &prior, reach.smallest_scale());
         Ok(Rest { correction: *correction, matches, geometry, prior, iterations })
     }
 
-    /// How far the prior may have moved a point, m.
-    fn first_reach(&self) -> f64 {
+    /// Standard deviation of what the prior moves a point by, m.
+    fn misalignment(&self) -> f64 {
         let covariance = self.prior.covariance;
         let body = self.prior.world_from_body.origin();
         let square: f64 = self.source.iter().map(|p| p.position.distance_squared(body)).sum();
         let mean_square = square / self.source.len() as f64;
         let turn = crate::covariance::trace(&covariance.orientation_rad2) * mean_square;
-        let away = PRIOR_SIGMAS * (turn + crate::covariance::trace(&covariance.position_m2)).sqrt();
-        away.min(self.settings.reach_m)
+        let away = (turn + crate::covariance::trace(&covariance.position_m2)).sqrt();
+        away.min(self.settings.reach_m / SIGMAS)
     }
 
     fn with_overlap(&self, rest: Rest) -> Result<Rest, RegistrationError> {
@@ -117,6 +121,13 @@ impl Rest {
     /// Fraction of the source's points that count.
     pub(super) fn overlap(&self, points: usize) -> f64 {
         self.counting().count() as f64 / points as f64
+    }
+
+    /// Median noise of the matches that count, m.
+    pub(super) fn typical_sigma_m(&self) -> f64 {
+        let mut sigmas: Vec<f64> = self.counting().map(|of| of.sigma_m).collect();
+        let middle = sigmas.len() / 2;
+        if sigmas.is_empty() { 0.0 } else { *sigmas.select_nth_unstable_by(middle, f64::total_cmp).1 }
     }
 
     /// The matches that count.

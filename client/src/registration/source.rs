@@ -33,8 +33,10 @@ impl DepthNoise {
 pub(super) struct SourcePoint {
     /// Where the prior has it in the world, m.
     pub(super) position: DVec3,
-    /// One standard deviation of its place along the ray it was seen on, m.
-    pub(super) ray_sigma: DVec3,
+    /// From the lens to it by the prior, m.
+    pub(super) ray: DVec3,
+    /// Standard deviation of its distance from the lens over that distance.
+    pub(super) sigma_per_range: f64,
 }
 
 /// A cloud in the world as the prior has it.
@@ -51,14 +53,22 @@ impl SourceCloud {
         points: impl IntoIterator<Item = DVec3>,
         noise: DepthNoise,
     ) -> Self {
-        let lens = world_from_optical.origin();
         let axis = world_from_optical.rotation().apply(DVec3::Z);
+        Self::seen_from((world_from_optical.origin(), axis), points, noise)
+    }
+
+    /// The same, from a lens and the direction it looks in the world.
+    pub(crate) fn seen_from(
+        (lens, axis): (DVec3, DVec3),
+        points: impl IntoIterator<Item = DVec3>,
+        noise: DepthNoise,
+    ) -> Self {
         let point = |position: DVec3| {
             let ray = position - lens;
             let depth = axis.dot(ray);
             let seen = position.is_finite() && depth > 0.0;
-            let ray_sigma = ray.normalize_or_zero() * noise.sigma_m(depth);
-            seen.then_some(SourcePoint { position, ray_sigma })
+            let sigma_per_range = noise.sigma_m(depth) / ray.length();
+            seen.then_some(SourcePoint { position, ray, sigma_per_range })
         };
         Self { points: points.into_iter().filter_map(point).collect() }
     }
@@ -92,7 +102,7 @@ mod tests {
         let points =
             [DVec3::NAN, DVec3::ZERO, DVec3::new(1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 4.0)];
         let cloud = SourceCloud::new(lens, points, DepthNoise::from_header(0.01));
-        let sigmas: Vec<_> = cloud.thinned(9).iter().map(|p| p.ray_sigma.length()).collect();
+        let sigmas: Vec<_> = cloud.thinned(9).iter().map(|p| p.ray.length() * p.sigma_per_range).collect();
         assert!((sigmas[0] - 0.04).abs() < 1e-8 && (sigmas[1] - 0.16).abs() < 1e-8, "{sigmas:?}");
         assert_eq!(cloud.thinned(1).len(), 1);
     }

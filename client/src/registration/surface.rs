@@ -34,6 +34,8 @@ impl Default for SurfaceSettings {
 const FEWEST_NEIGHBOURS: usize = 8;
 /// Fewest points on planes that make a target.
 const FEWEST_POINTS: usize = 200;
+/// Ratio of the variances of distances to a plane up to which both are its noise.
+const SAME_THICKNESS: f64 = 1.7;
 /// Edge of a patch, in radii of a neighbourhood: beyond that, no two planes share neighbours.
 const PATCH_RADII: f64 = 2.0;
 
@@ -141,16 +143,23 @@ impl Cloud {
         Ok(Self { points, tree })
     }
 
-    /// The plane around a point, on the smaller scale if it shows one, and how far its few nearest
-    /// neighbours reach, m.
+    /// The plane around a point, and how far its few nearest neighbours reach, m.
+    ///
+    /// Where few neighbours show none, noise may hide it, and many show it with the same thickness. At an
+    /// edge they are thicker, and it is left out.
     fn plane(&self, at: usize, settings: &SurfaceSettings) -> Option<(Plane, f64)> {
         let (near, radius) = self.neighbours(at, settings.neighbours, settings);
-        let fit = |near: &[(DVec3, f64)]| {
-            let enough = near.len() >= FEWEST_NEIGHBOURS.min(settings.neighbours.get());
-            Plane::fit(self.points[at].0, near, settings.planarity).filter(|_| enough)
-        };
-        let wide = || fit(&self.neighbours(at, settings.many_neighbours, settings).0);
-        fit(&near).or_else(wide).map(|plane| (plane, radius))
+        if near.len() < FEWEST_NEIGHBOURS.min(settings.neighbours.get()) {
+            return None;
+        }
+        let (few, planarity) = Plane::fit(self.points[at].0, &near);
+        if planarity >= settings.planarity {
+            return Some((few, radius));
+        }
+        let (near, _) = self.neighbours(at, settings.many_neighbours, settings);
+        let (many, planarity) = Plane::fit(self.points[at].0, &near);
+        let same = many.thickness_m2 < SAME_THICKNESS * few.thickness_m2;
+        (planarity >= settings.planarity && same).then_some((many, radius))
     }
 
     fn neighbours(

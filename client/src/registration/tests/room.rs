@@ -1,7 +1,6 @@
 //! A small ray-cast world of boxes, seen by depth cameras with noise.
 
 use glam::{DQuat, DVec3};
-use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -9,7 +8,7 @@ use crate::frame::{Body, Rotation, World};
 use crate::transform::{Transform, body_from_optical_axes};
 
 /// Noise of the test's cameras, 1/m.
-pub(super) const NOISE_PER_M: f64 = 0.0033;
+pub(super) const NOISE_PER_M: f64 = 0.0025;
 
 /// Axis-parallel boxes, from one corner to the other, m; seen from inside or outside.
 #[derive(Clone, Debug)]
@@ -87,9 +86,4 @@ pub(super) fn voxels(points: &[DVec3], edge_m: f64) -> Vec<(DVec3, f64)> {
 /// Three independent normal deviates.
 pub(super) fn normal3(rng: &mut ChaCha8Rng) -> DVec3 {
     DVec3::from_array(core::array::from_fn(|_| StandardNormal.sample(rng)))
-}
-
-/// A point of a cube of this half edge.
-pub(super) fn uniform3(rng: &mut ChaCha8Rng, half: f64) -> DVec3 {
-    DVec3::from_array(core::array::from_fn(|_| rng.random_range(-half..half)))
 }

@@ -8,7 +8,7 @@ use super::room::{NOISE_PER_M, Room, normal3, voxels};
 use crate::frame::{Body, Rotation, World};
 use crate::registration::{
     Alignment, DepthNoise, PoseCovariance, PosePrior, RegistrationError, RegistrationSettings,
-    SourceCloud, SurfaceMap, register,
+    SourceCloud, SurfaceMap, SurfaceSettings, register,
 };
 use crate::transform::{Transform, body_from_optical_axes};
 
@@ -59,11 +59,11 @@ impl Scene {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut map = Vec::new();
         for from in mapped_from {
-            let scan = room.scan(*from, (200, 120), NOISE_PER_M, &mut rng);
+            let scan = room.scan(*from, (160, 96), NOISE_PER_M, &mut rng);
             map.extend(scan.iter().map(|point| from.apply(*point)));
         }
-        let target = SurfaceMap::new(voxels(&map, 0.05), &Default::default()).unwrap();
-        let source_in_body = room.scan(truth, (100, 60), NOISE_PER_M, &mut rng);
+        let target = SurfaceMap::new(voxels(&map, 0.05), &SurfaceSettings::default()).unwrap();
+        let source_in_body = room.scan(truth, (80, 48), NOISE_PER_M, &mut rng);
         Self { target, source_in_body, truth, rng }
     }
 
