@@ -42,6 +42,7 @@ fn full_synthetic() -> Synthetic {
         trajectory: TrajectoryKind::Standing,
         rest_s: 1.0,
         tilt_deg: 5.0,
+        arm_m: 0.3,
         position_m: Some([1.0, 2.0, 0.0]),
         heading_deg: Some(0.0),
         pitch_deg: Some(0.0),

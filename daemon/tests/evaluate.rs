@@ -193,6 +193,39 @@ fn dynamic(more: &[&str]) -> (TempDir, Output) {
     (place, output)
 }
 
+#[test]
+fn a_recording_is_scored_against_its_truth_and_one_without_is_refused() {
+    let place = tempfile::tempdir().unwrap();
+    let rows = |truth: &str| -> String {
+        let row = |k: u32| format!("{},0,0,0,0,0,9.81,0,21,-43{truth}\n", f64::from(k) * 0.0025);
+        (0..4000).map(row).collect()
+    };
+    let header = "t,gx,gy,gz,ax,ay,az,mx,my,mz";
+    let write = |name: &str, text: String| std::fs::write(place.path().join(name), text).unwrap();
+    // It looks east all the time, and the truth says that it looks five degrees further left.
+    let (half_sine, half_cosine) = 2.5_f64.to_radians().sin_cos();
+    let truth = format!(",{half_cosine},0,0,{half_sine}");
+    write("told.csv", format!("{header},qw,qx,qy,qz\n{}", rows(&truth)));
+    write("untold.csv", format!("{header}\n{}", rows("")));
+    let evaluate = |recording: &str| {
+        let line = ["evaluate", "dynamic", "--runs", "1", "--json", "--recording", recording];
+        lodestoned(place.path(), &line)
+    };
+    let output = evaluate("told.csv");
+    assert!(output.status.success(), "{}", said(&output));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let score = &report["dynamic"]["recordings"][0]["orientation"];
+    assert!((score["heading_deg"].as_f64().unwrap() - 5.0).abs() < 0.1, "{score}");
+    assert!(score["inclination_deg"].as_f64().unwrap() < 0.1, "{score}");
+    let output = evaluate("untold.csv");
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(
+        said(&output).contains("untold.csv") && said(&output).contains("qw"),
+        "{}",
+        said(&output)
+    );
+}
+
 /// The median position error of a method in a scene at one time of the table, m.
 fn drift_m(report: &Value, scene: &str, method: &str, time_s: f64) -> f64 {
     let methods = report["dynamic"][scene]["methods"].as_array().unwrap();

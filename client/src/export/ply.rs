@@ -1,4 +1,5 @@
-//! PLY: `x y z` as floats, `red green blue` as bytes if any point has a colour, `count` as a whole number.
+//! PLY: `x y z` as floats, `red green blue` as bytes if any point has a colour, `count` and
+//! `cameras` as whole numbers.
 
 use std::path::Path;
 
@@ -13,7 +14,7 @@ use super::select::ExportPoint;
 
 impl PropertyAccess for ExportPoint {
     fn new() -> Self {
-        Self { position_m: [f32::NAN; 3], colour: None, count: 0 }
+        Self { position_m: [f32::NAN; 3], colour: None, count: 0, cameras: 0 }
     }
 
     fn get_float(&self, name: &str) -> Option<f32> {
@@ -28,6 +29,10 @@ impl PropertyAccess for ExportPoint {
 
     fn get_uint(&self, name: &str) -> Option<u32> {
         (name == "count").then_some(self.count)
+    }
+
+    fn get_ushort(&self, name: &str) -> Option<u16> {
+        (name == "cameras").then_some(self.cameras)
     }
 }
 
@@ -46,7 +51,10 @@ fn encoded(points: &[ExportPoint]) -> std::io::Result<Vec<u8>> {
     let element = element(points);
     let mut header = Header::new();
     header.encoding = Encoding::BinaryLittleEndian;
-    header.comments.push("Lodestone: x east, y north, z up, m; count: points of each voxel".into());
+    header.comments.push(
+        "Lodestone: x east, y north, z up, m; count: points of each voxel; cameras: a bit for each"
+            .into(),
+    );
     header.elements.add(element.clone());
     let mut bytes = Vec::new();
     let writer = Writer::new();
@@ -71,5 +79,6 @@ fn element(points: &[ExportPoint]) -> ElementDef {
         add(&["red", "green", "blue"], ScalarType::UChar);
     }
     add(&["count"], ScalarType::UInt);
+    add(&["cameras"], ScalarType::UShort);
     element
 }

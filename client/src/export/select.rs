@@ -37,6 +37,8 @@ pub struct ExportPoint {
     pub colour: Option<[u8; 3]>,
     /// Points that it is the mean of.
     pub count: u32,
+    /// Cameras that saw it, one bit for each in the merger's order.
+    pub cameras: u16,
 }
 
 /// The points of a map's voxels that have enough, in no order.
@@ -47,6 +49,7 @@ pub fn export_points(map: &VoxelMap, filter: ExportFilter) -> Vec<ExportPoint> {
             position_m: voxel.position_m.as_vec3().to_array(),
             colour: voxel.colour,
             count: voxel.points,
+            cameras: voxel.cameras,
         })
         .collect()
 }

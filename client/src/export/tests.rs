@@ -15,6 +15,7 @@ fn points() -> Vec<ExportPoint> {
         position_m: [f32::from(i), -0.5, 1e3],
         colour: (i != 1).then_some([i, 0, 255]),
         count: u32::from(i) + 7,
+        cameras: 1 << i,
     };
     (0..3).map(seen).collect()
 }
@@ -32,6 +33,7 @@ fn a_ply_file_read_back_has_every_point_with_its_colour_and_count() {
     assert_eq!(vertices[2]["z"], Property::Float(1e3));
     assert_eq!(vertices[2]["blue"], Property::UChar(255));
     assert_eq!(vertices[2]["count"], Property::UInt(9));
+    assert_eq!(vertices[2]["cameras"], Property::UShort(4));
     assert_eq!(vertices[1]["red"], Property::UChar(128), "a colour that nobody gave is grey");
 }
 

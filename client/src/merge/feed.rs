@@ -13,7 +13,7 @@ use super::place::{PlacedCloud, PlacedPoint, PointCounts, Range, span_ns};
 use crate::client::Client;
 use crate::cloud::{Cloud, CloudStream, LensPlace, Motion, MotionError};
 use crate::error::{CameraNameError, LookupError};
-use crate::frame::Body;
+use crate::frame::{Body, Optical};
 use crate::pose_stream::PoseStream;
 use crate::time::monotonic_now_ns;
 use crate::transform::Transform;
@@ -170,20 +170,10 @@ impl Feed {
         if is_patient && newest_ns < time_ns.saturating_add(waiting.span_ns.1) {
             return Ok(None);
         }
-        let lookup = |poses: &mut PoseStream, sensor| match sensor {
-            Sensor::Body => {
-                Motion::over(time_ns, waiting.span_ns, Transform::<Body, Body>::IDENTITY, |t, f| {
-                    poses.lookup_with(t, f)
-                })
-            }
-            Sensor::Lens(lens) => {
-                Motion::over(time_ns, waiting.span_ns, lens, |t, f| poses.lookup_with(t, f))
-            }
-        };
         let Some(sensor) = self.sensor(waiting.cloud.info().frame(), lenses) else {
             return Ok(None);
         };
-        match lookup(&mut self.poses, sensor) {
+        match sensor.motion(time_ns, waiting.span_ns, &mut self.poses) {
             Ok(motion) => Ok(Some(motion)),
             Err(MotionError::Lookup(error)) if is_patient && may_heal(&error) => Ok(None),
             Err(error) => Err(error),
@@ -222,8 +212,26 @@ impl Feed {
 #[derive(Clone, Copy, Debug)]
 enum Sensor {
     Body,
-    Lens(Transform<Body, crate::frame::Optical>),
+    Lens(Transform<Body, Optical>),
 }
+
+impl Sensor {
+    /// Where it was over a cloud's times.
+    fn motion(
+        self,
+        time_ns: i64,
+        span_ns: (i64, i64),
+        poses: &mut PoseStream,
+    ) -> Result<Motion, MotionError> {
+        let lookup = |time, fields| poses.lookup_with(time, fields);
+        match self {
+            Self::Body => Motion::over(time_ns, span_ns, AT_BODY, lookup),
+            Self::Lens(lens) => Motion::over(time_ns, span_ns, lens, lookup),
+        }
+    }
+}
+
+const AT_BODY: Transform<Body, Body> = Transform::IDENTITY;
 
 /// Whether poses that come later can make it good.
 const fn may_heal(error: &LookupError) -> bool {

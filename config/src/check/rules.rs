@@ -102,7 +102,7 @@ fn one_motion(config: &Config, rig: &Rig, report: &mut Report) {
                 "moves unlike the camera in line {} on the same body",
                 report.line(&format!("camera[{first}].name"))
             );
-            let allowed = "the same trajectory, rest_s, tilt_deg and halt_s; position_m and heading_deg \
+            let allowed = "the same trajectory, rest_s, tilt_deg, arm_m and halt_s; position_m and heading_deg \
                            the same, or none";
             report.conflict(&place, &[&other], problem, allowed);
         }
@@ -111,7 +111,7 @@ fn one_motion(config: &Config, rig: &Rig, report: &mut Report) {
 
 /// Where and whither the motion begins need not be said again.
 fn moves_alike(own: &Synthetic, leader: &Synthetic) -> bool {
-    let kind = |s: &Synthetic| (s.trajectory, s.rest_s, s.tilt_deg, s.halt_s);
+    let kind = |s: &Synthetic| (s.trajectory, s.rest_s, s.tilt_deg, s.arm_m, s.halt_s);
     let begins_alike = own.position_m.is_none_or(|place| leader.position_m == Some(place))
         && own.heading_deg.is_none_or(|heading| leader.heading_deg == Some(heading))
         && own.pitch_deg.is_none_or(|pitch| leader.pitch_deg == Some(pitch))

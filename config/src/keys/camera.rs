@@ -209,6 +209,13 @@ pub(super) const SYNTHETIC: &[Key] = &[
          refused; streets have up to 7°, ramps up to 9°.",
     ),
     key(
+        "arm_m",
+        Number(from_to(0.0, 10.0)),
+        "m",
+        "How far from the axis the camera is held in trajectories \"turns\" and \"tumble\". Long: \
+         what presses it outward passes for a bias of the accelerometer.",
+    ),
+    key(
         "position_m",
         Vector(plus_minus(1e4)),
         "m",

@@ -35,6 +35,8 @@ pub struct Synthetic {
     pub rest_s: f64,
     /// Slope of the ground under trajectory `circles`, degrees.
     pub tilt_deg: f64,
+    /// How far from the axis the camera is held in trajectories `turns` and `tumble`, m.
+    pub arm_m: f64,
     /// Where the camera, or the body that it rides on, truly begins in the world, m; at
     /// [`super::Camera::start`] if absent, else at the origin.
     pub position_m: Option<[f64; 3]>,
@@ -73,6 +75,7 @@ impl Default for Synthetic {
             trajectory: TrajectoryKind::default(),
             rest_s: 3.0,
             tilt_deg: 5.0,
+            arm_m: 0.3,
             position_m: None,
             heading_deg: None,
             pitch_deg: None,

@@ -133,7 +133,7 @@ impl Pose {
     /// Both by themselves, with all that they may be off by.
     fn candidates(&self) -> Result<[Candidate<3>; 2], AidRefusal> {
         let anchored = self.anchor.map(|anchor| by_anchor(&anchor, self.seen.arm_m));
-        let [of_position, of_orientation] = anchored.unwrap_or_default();
+        let [of_position, of_orientation] = anchored.unwrap_or([DMat3::ZERO; 2]);
         let candidate = |which: usize, block: Block, by_anchor: DMat3| {
             let residual = self.seen.residuals[which];
             let covariance = self.covariances[which] + by_anchor;

@@ -19,6 +19,10 @@ use crate::service::signals::StopFlag;
 /// How long each camera is turned, s.
 const TURNED_S: f64 = 60.0;
 
+/// The hands turn it about itself, not at the end of an arm: there, what presses it outward passes for a bias
+/// of the accelerometer, m.
+const ARM_M: f64 = 0.05;
+
 /// Why a camera is not calibrated.
 #[derive(Debug, thiserror::Error)]
 pub enum CalibrationError {
@@ -94,6 +98,7 @@ fn calibrated(place: &Place, seed: u64, stop: &StopFlag) -> Result<Outcome, Cali
     let turned = |synthetic: &mut Synthetic| {
         synthetic.trajectory = TrajectoryKind::Tumble;
         synthetic.duration_s = TURNED_S;
+        synthetic.arm_m = ARM_M;
     };
     let mut readings: Vec<Reading> = Vec::new();
     record(place, (Purpose::Calibration, seed), turned, &mut readings, stop)?;

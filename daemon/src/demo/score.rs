@@ -13,7 +13,7 @@ use crate::scene::Scene;
 /// What is closer than this to the way of what moves is left out, m.
 const MOVER_MARGIN_M: f64 = 0.15;
 /// Voxels by which a common motion is found; more do not make it better.
-const FITTED: usize = 20_000;
+const FITTED: usize = 5_000;
 
 /// Distances to the nearest surface, each voxel counted by its points, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -32,8 +32,8 @@ pub fn draw(config: &Config, seen: &Seen, clouds: &[Cloud], outcome: &Outcome) -
     let page = Page {
         title: "Do the clouds of two cameras lie on each other?".into(),
         subtitle: format!(
-            "Two ZED 2 in a room, simulated, turned by 110° against each other; {} s of clouds, seed {}. Seen from above, \
-             without the ceiling.",
+            "Two ZED 2 in a room, simulated, that look in different directions; {} s of clouds, seed {}. \
+             Seen from above, without the ceiling.",
             outcome.merged_s, outcome.seed
         ),
         panels: panels.collect(),

@@ -28,17 +28,17 @@ pub struct Viewer {
 
 /// A box in the world, along its axes, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
+pub(super) struct Bounds {
     /// Lowest coordinates.
-    pub low: DVec3,
+    pub(super) low: DVec3,
     /// Highest coordinates.
-    pub high: DVec3,
+    pub(super) high: DVec3,
 }
 
 impl Bounds {
     /// The box that holds all but a few points on each side: `outside` is the share of them that may be beyond
     /// each of its six faces. `None` without points.
-    pub fn of(dots: &[Dot], outside: f64) -> Option<Self> {
+    pub(super) fn of(dots: &[Dot], outside: f64) -> Option<Self> {
         let [x, y, z] = [0, 1, 2].map(|axis| range(dots, axis, outside));
         let (x, y, z) = (x?, y?, z?);
         Some(Self { low: DVec3::new(x.0, y.0, z.0), high: DVec3::new(x.1, y.1, z.1) })
@@ -46,22 +46,22 @@ impl Bounds {
 
     /// The same box, larger by a margin on each side, m.
     #[must_use]
-    pub fn grown(self, margin_m: f64) -> Self {
+    pub(super) fn grown(self, margin_m: f64) -> Self {
         Self { low: self.low - DVec3::splat(margin_m), high: self.high + DVec3::splat(margin_m) }
     }
 
     /// The middle.
-    pub fn centre(self) -> DVec3 {
+    pub(super) fn centre(self) -> DVec3 {
         (self.low + self.high) / 2.0
     }
 
     /// Length, width, height.
-    pub fn size(self) -> DVec3 {
+    pub(super) fn size(self) -> DVec3 {
         self.high - self.low
     }
 
     /// The eight corners.
-    pub fn corners(self) -> [DVec3; 8] {
+    pub(super) fn corners(self) -> [DVec3; 8] {
         std::array::from_fn(|n| {
             let pick =
                 |axis: usize, low: f64, high: f64| if n >> axis & 1 == 0 { low } else { high };

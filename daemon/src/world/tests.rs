@@ -258,8 +258,11 @@ fn a_fix_tells_a_camera_that_is_nowhere_where_it_is_and_names_itself() {
     assert!((sigma - 0.01).abs() < 2e-3, "{sigma}");
 }
 
+/// A yaw, rad, by time, s.
+type Yaw = fn(f64) -> f64;
+
 /// Two cores go on together, each telling the other where it is, as two lanes do.
-fn run_both(frame: &WorldFrame, cores: &mut [Core], cameras: &mut [Turning<fn(f64) -> f64>]) {
+fn run_both(frame: &WorldFrame, cores: &mut [Core], cameras: &mut [Turning<Yaw>]) {
     for _ in 0..100 {
         for (member, (core, camera)) in cores.iter_mut().zip(&mut *cameras).enumerate() {
             let step = camera.run(core, 0.003);
@@ -289,7 +292,7 @@ fn yaw_rad(core: &Core) -> f64 {
 fn a_camera_that_was_measured_against_another_one_goes_along_with_what_that_one_corrects() {
     // Given two cameras, the second one measured against the first
     let (frame, mut cores) = cores(vec![Camera::default(), with_start([0.3, 0.0, 0.0])]);
-    let yaws: [fn(f64) -> f64; 2] = [|_| 0.0, |_| 1.0];
+    let yaws: [Yaw; 2] = [|_| 0.0, |_| 1.0];
     let mut cameras = yaws.map(Turning::new);
     for (core, camera) in cores.iter_mut().zip(&mut cameras) {
         camera.run(core, 3.0);

@@ -7,7 +7,6 @@
 //!
 //! One stream of clouds feeds all merges, so that they differ by poses alone.
 
-mod export;
 mod files;
 mod merges;
 mod poses;

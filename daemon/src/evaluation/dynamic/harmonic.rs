@@ -24,13 +24,13 @@ pub struct Swing {
     pub explained: f64,
 }
 
-/// The frequency of the stride, Hz, by which the harmonics explain most of the values. `None` of too
-/// few.
+/// The frequency of the stride, Hz: that of the largest swing. Harmonics do not count, or half the stride's
+/// frequency would explain as much. `None` of too few values.
 pub fn stride_hz(times_s: &[f64], values: &[f64]) -> Option<f64> {
     let (low, high, step) = TRIED_HZ;
     let tried = (0..=((high - low) / step) as u32).map(|k| low + f64::from(k) * step);
     let scored: Option<Vec<(f64, f64)>> =
-        tried.map(|hz| Some((hz, swing(times_s, values, hz)?.explained))).collect();
+        tried.map(|hz| Some((hz, swing(times_s, values, hz)?.at_stride))).collect();
     scored?.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(hz, _)| hz)
 }
 
@@ -42,6 +42,8 @@ pub fn swing(times_s: &[f64], values: &[f64], stride_hz: f64) -> Option<Swing> {
     let mut basis = trend(times_s);
     let left = without(values, &basis);
     let total = square(&left);
+    // Of values that do not change, rounding is left.
+    let changes = total > 1e-20 * square(values);
     let mut energies = Vec::new();
     for harmonic in 1..=HARMONICS {
         let turn = |t: &f64| TAU * f64::from(harmonic) * stride_hz * t;
@@ -59,7 +61,7 @@ pub fn swing(times_s: &[f64], values: &[f64], stride_hz: f64) -> Option<Swing> {
     }
     // A wave of amplitude A has the energy A² n / 2.
     let amplitude = |energy: f64| (2.0 * energy / values.len() as f64).sqrt();
-    (total > 0.0).then(|| Swing {
+    changes.then(|| Swing {
         at_stride: amplitude(energies[0]),
         at_step: amplitude(energies[1]),
         explained: energies.iter().sum::<f64>() / total,
@@ -158,6 +160,14 @@ mod tests {
         assert!((swing.at_stride - 3.0).abs() < 0.15, "{swing:?}");
         assert!((swing.at_step - 1.5).abs() < 0.1, "{swing:?}");
         assert!(swing.explained > 0.9999, "{swing:?}");
+    }
+
+    #[test]
+    fn half_a_stride_is_not_taken_for_the_stride() {
+        let times = times();
+        let values = angle(&times, 0.82, (2.8, 0.0), 0.0);
+        let hz = stride_hz(&times, &values).unwrap();
+        assert!((hz - 0.82).abs() < 0.02, "{hz}");
     }
 
     #[test]

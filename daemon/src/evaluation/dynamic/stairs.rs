@@ -81,7 +81,9 @@ fn return_to_bottom(truth: &Track) -> Option<usize> {
     const BOTTOM_M: f64 = 0.02;
     let points = &truth.0;
     let height = |k: &usize| points[*k].position_m.z;
-    let top = (0..points.len()).max_by(|a, b| height(a).total_cmp(&height(b)))?;
+    let highest = (0..points.len()).map(|k| height(&k)).fold(0.0, f64::max);
+    // The first time: who is fast climbs the stairs again.
+    let top = (0..points.len()).find(|k| height(k) > highest - BOTTOM_M)?;
     let stands_until = |from: &usize| {
         let end = points[*from..].iter().position(|p| p.time_s > points[*from].time_s + 1.0)?;
         let still = |p: &TrackPoint| p.position_m.distance(points[*from].position_m) < 1e-6;
@@ -184,4 +186,32 @@ impl StairsScore {
 fn axes(runs: &[&TrackScore], figure: fn(&TrackScore) -> [f64; 3]) -> Option<[Quantiles; 3]> {
     let axis = |k: usize| Quantiles::of(runs.iter().map(|run| figure(run)[k]));
     Some([axis(0)?, axis(1)?, axis(2)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use lodestone_fusion::Rotation;
+
+    /// Heights at ten instants a second.
+    fn walk(heights: impl Iterator<Item = f64>) -> Track {
+        let point = |(k, z): (usize, f64)| TrackPoint {
+            time_s: k as f64 * 0.1,
+            position_m: DVec3::Z * z,
+            orientation: Rotation::IDENTITY,
+        };
+        Track(heights.enumerate().map(point).collect())
+    }
+
+    #[test]
+    fn a_walk_ends_when_the_walker_stands_at_the_bottom_and_not_before_nor_a_lap_later() {
+        let up = || (0..=40).map(|k| f64::from(k) * 0.1);
+        let rest = |z: f64| std::iter::repeat_n(z, 20);
+        let lap = || rest(0.0).chain(up()).chain(rest(4.0)).chain(up().map(|z| 4.0 - z));
+        let twice = walk(lap().chain(lap()).chain(rest(0.0)));
+        let end = return_to_bottom(&twice).unwrap();
+        assert!((122..=134).contains(&end), "{end}");
+        assert_eq!(return_to_bottom(&walk(rest(0.0).chain(up()))), None, "still at the top");
+    }
 }

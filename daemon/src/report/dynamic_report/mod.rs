@@ -99,7 +99,7 @@ pub(super) fn method_notes() -> String {
          turns it, and counts."
             .into(),
         "Swing: roll, pitch and yaw on the first flight less a cubic trend; the part of the rest that the \
-         stride’s first three harmonics explain, the stride’s frequency taken from the same roll."
+         stride’s first three harmonics explain, the stride’s frequency is that of the largest swing of the same roll."
             .into(),
     ])
 }

@@ -68,8 +68,8 @@ fn drawn(synthetic: &Synthetic, rng: &mut ChaCha8Rng) -> Arc<dyn Trajectory> {
         TrajectoryKind::Stairs => Arc::new(stairs::Stairs::drawn(rest_s, synthetic.halt_s, rng)),
         TrajectoryKind::ModelVehicle => Arc::new(model_vehicle::ModelVehicle::drawn(rest_s, rng)),
         TrajectoryKind::Car => Arc::new(car::Car::drawn(rest_s, rng)),
-        TrajectoryKind::Turns => Arc::new(turning::Turning::turns(rest_s, rng)),
-        TrajectoryKind::Tumble => Arc::new(turning::Turning::tumble(rest_s, rng)),
+        TrajectoryKind::Turns => Arc::new(turning::Turning::turns(rest_s, synthetic.arm_m, rng)),
+        TrajectoryKind::Tumble => Arc::new(turning::Turning::tumble(rest_s, synthetic.arm_m, rng)),
         TrajectoryKind::Circles => {
             Arc::new(circles::Circles::drawn(rest_s, synthetic.tilt_deg.to_radians(), rng))
         }
