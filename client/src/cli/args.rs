@@ -170,6 +170,16 @@ pub(super) struct MergeArgs {
     /// Place by the true poses of synthetic cameras, to compare with.
     #[arg(long)]
     pub(super) truth: bool,
+    /// Lay each camera's clouds over what the anchor sees, by registration with the pose as prior; refused where
+    /// the geometry tells too little or contradicts the pose.
+    #[arg(long)]
+    pub(super) refine: bool,
+    /// With --refine: the camera whose clouds stay where its poses place them [default: the first]
+    #[arg(long, value_name = "CAMERA", requires = "refine")]
+    pub(super) anchor: Option<String>,
+    /// With --refine: offer what is found to the daemon, as fixes measured against the anchor.
+    #[arg(long, requires = "refine", conflicts_with = "truth")]
+    pub(super) aid: bool,
     /// Place all points of a cloud by one pose, to compare with.
     #[arg(long)]
     pub(super) no_compensation: bool,
