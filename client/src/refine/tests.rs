@@ -140,7 +140,10 @@ fn a_refusal_has_its_reason() {
     let lost = Camera { shift_error: DVec3::new(0.0, 0.0, 0.6), ..OTHER };
     let why = worker.take(&lost.cloud(SECOND)).unwrap().result.unwrap_err();
     assert!(
-        matches!(why, RegistrationError::ContradictsPrior { .. } | RegistrationError::NoOverlap { .. }),
+        matches!(
+            why,
+            RegistrationError::ContradictsPrior { .. } | RegistrationError::NoOverlap { .. }
+        ),
         "{why}"
     );
     let mut refused = Refusals::default();
