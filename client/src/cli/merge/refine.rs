@@ -45,16 +45,17 @@ impl Refining {
         args: &MergeArgs,
         merger: &CloudMerger,
     ) -> Result<Option<Self>, Failure> {
-        if !args.refine {
+        if !args.refinement.refine {
             return Ok(None);
         }
         let cameras: Vec<&CameraMerge> = merger.cameras().collect();
         let anchor = anchor(args, &cameras)?;
-        let settings = RefineSettings { anchor, aids: args.aid, ..RefineSettings::default() };
+        let settings =
+            RefineSettings { anchor, aids: args.refinement.aid, ..RefineSettings::default() };
         let refiner = CloudRefiner::new(cameras.len(), settings)
             .map_err(|error| Failure::Other(error.to_string()))?;
         let aid = |(index, camera): (usize, &&CameraMerge)| {
-            (args.aid && index != anchor)
+            (args.refinement.aid && index != anchor)
                 .then(|| Aid::open(session, &camera.poses, &cameras[anchor].poses))
                 .transpose()
         };
@@ -88,7 +89,7 @@ impl Refining {
 
 /// Index of the camera whose clouds stay where they are.
 fn anchor(args: &MergeArgs, cameras: &[&CameraMerge]) -> Result<usize, Failure> {
-    let Some(name) = &args.anchor else { return Ok(0) };
+    let Some(name) = &args.refinement.anchor else { return Ok(0) };
     cameras.iter().position(|camera| camera.camera == *name).ok_or_else(|| {
         let there: Vec<_> = cameras.iter().map(|camera| camera.camera.as_str()).collect();
         let there = there.join(", ");
