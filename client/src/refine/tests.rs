@@ -7,8 +7,8 @@ use super::worker::Worker;
 use super::*;
 use crate::cloud::{CloudInfo, Motion};
 use crate::frame::Body;
-use crate::merge::PlacedCloud;
 use crate::merge::samples::{header, point};
+use crate::merge::{PlacedCloud, Range};
 use crate::pose::samples::{checked, still};
 use crate::registration::RegistrationError;
 use crate::transform::Transform;
@@ -78,7 +78,7 @@ impl Camera {
         };
         let at_rest = Transform::<Body, Body>::IDENTITY;
         let motion = Motion::over(time_ns, (0, 0), at_rest, |_, _| Ok(checked(pose))).unwrap();
-        PlacedCloud::place(self.index, (&info, &points), motion, Default::default(), Vec::new())
+        PlacedCloud::place(self.index, (&info, &points), motion, Range::default(), Vec::new())
     }
 }
 
@@ -140,7 +140,10 @@ fn a_refusal_has_its_reason() {
     let lost = Camera { shift_error: DVec3::new(0.0, 0.0, 0.6), ..OTHER };
     let why = worker.take(&lost.cloud(SECOND)).unwrap().result.unwrap_err();
     assert!(
-        matches!(why, RegistrationError::ContradictsPrior { .. } | RegistrationError::NoOverlap { .. }),
+        matches!(
+            why,
+            RegistrationError::ContradictsPrior { .. } | RegistrationError::NoOverlap { .. }
+        ),
         "{why}"
     );
     let mut refused = Refusals::default();

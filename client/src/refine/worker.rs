@@ -119,7 +119,9 @@ impl Worker {
     fn expire(&mut self, index: usize, now_ns: i64) {
         let camera = &mut self.cameras[index];
         let age_ns = camera.drift.measured_ns().map(|then| now_ns.saturating_sub(then));
-        if age_ns.is_some_and(|age| u128::from(age.max(0).cast_unsigned()) > self.settings.expiry.as_nanos()) {
+        if age_ns.is_some_and(|age| {
+            u128::from(age.max(0).cast_unsigned()) > self.settings.expiry.as_nanos()
+        }) {
             camera.forget();
         }
     }

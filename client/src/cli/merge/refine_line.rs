@@ -30,11 +30,13 @@ pub(super) struct RefineLine {
 }
 
 impl RefineLine {
-    pub(super) fn new(refining: &Refining, camera: usize) -> Self {
-        let (report, aid) = (refining.report(camera), refining.aid_report(camera));
+    /// `None` for the anchor.
+    pub(super) fn new(refining: &Refining, camera: usize) -> Option<Self> {
+        let (report, aid) = (refining.report(camera)?, refining.aid_report(camera));
         let RefineReport { accepted, refused, held, unrefined, last, correction, .. } = report;
-        let Refusals { too_few_points, no_overlap, degenerate, contradicts_prior, other } = *refused;
-        Self {
+        let Refusals { too_few_points, no_overlap, degenerate, contradicts_prior, other } =
+            *refused;
+        Some(Self {
             accepted: *accepted,
             refused: refused.total(),
             refused_too_few_points: too_few_points,
@@ -53,22 +55,30 @@ impl RefineLine {
             fixes_offered: aid.as_ref().map(|aid| aid.offered),
             fixes_failed: aid.as_ref().map(|aid| aid.failed),
             last_failure: aid.and_then(|AidReport { last_failure, .. }| last_failure),
-        }
+        })
     }
 
     /// For people.
     pub(super) fn sentence(&self, camera: &str) -> String {
-        let mut parts = vec![format!("{} registrations accepted, {} refused", self.accepted, self.refused)];
-        let [turn_deg, shift_cm] = [self.turn_rad.map(norm).map(f64::to_degrees), self.shift_m.map(norm).map(|m| m * 1e2)];
+        let mut parts =
+            vec![format!("{} registrations accepted, {} refused", self.accepted, self.refused)];
+        let [turn_deg, shift_cm] =
+            [self.turn_rad.map(norm).map(f64::to_degrees), self.shift_m.map(norm).map(|m| m * 1e2)];
         if let (Some(turn), Some(shift)) = (turn_deg, shift_cm) {
             parts.push(format!("turned by {turn:.2}° and moved by {shift:.1} cm"));
         }
         if let (Some(before), Some(after)) = (self.rmse_before_m, self.rmse_after_m) {
-            parts.push(format!("off by {:.1} cm before, {:.1} cm after", before * 1e2, after * 1e2));
+            parts.push(format!(
+                "off by {:.1} cm before, {:.1} cm after",
+                before * 1e2,
+                after * 1e2
+            ));
         }
         if self.clouds_held + self.clouds_unrefined > 0 {
             let (held, unrefined) = (self.clouds_held, self.clouds_unrefined);
-            parts.push(format!("{held} clouds left out before the first, {unrefined} merged without"));
+            parts.push(format!(
+                "{held} clouds left out before the first, {unrefined} merged without"
+            ));
         }
         if let Some(offered) = self.fixes_offered {
             parts.push(format!("{offered} offered to the daemon"));
@@ -78,10 +88,12 @@ impl RefineLine {
 
     pub(super) fn problems(&self) -> Vec<String> {
         let refused = self.last_refusal.as_ref().filter(|_| self.refused > 0);
-        let refused = refused.map(|why| format!("registration refused {} times, the last: {why}", self.refused));
+        let refused = refused
+            .map(|why| format!("registration refused {} times, the last: {why}", self.refused));
         let failed = self.fixes_failed.filter(|failed| *failed > 0);
         let because = self.last_failure.as_deref().unwrap_or_default();
-        let failed = failed.map(|failed| format!("{failed} fixes not handed over, the last: {because}"));
+        let failed =
+            failed.map(|failed| format!("{failed} fixes not handed over, the last: {because}"));
         refused.into_iter().chain(failed).collect()
     }
 }

@@ -39,7 +39,7 @@ struct CameraLine {
     behind: bool,
     lens_configured: Option<bool>,
     without_pose_because: Option<String>,
-    /// `null` without `--refine`.
+    /// `null` without `--refine`, and for the anchor.
     refinement: Option<RefineLine>,
 }
 
@@ -178,7 +178,7 @@ impl CameraLine {
             behind: counts.lost > 0,
             lens_configured: merger.lens(index).map(|place| place == LensPlace::Configured),
             without_pose_because: refused.map(ToString::to_string),
-            refinement: refining.map(|refining| RefineLine::new(refining, index)),
+            refinement: refining.and_then(|refining| RefineLine::new(refining, index)),
         }
     }
 
