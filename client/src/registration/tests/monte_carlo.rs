@@ -24,7 +24,11 @@ fn places(seed: u64) -> [Pose; 3] {
     let yaw = at(4) * 6.0;
     let back = DVec3::new(-1.8 * yaw.cos(), -1.4 * yaw.sin(), 1.3);
     let near = |i: u64| (back + DVec3::new(at(i), at(i + 1), at(i + 2)) * 0.6).to_array();
-    [camera(near(1), yaw + 0.4, 0.1), camera(near(1), yaw - 0.4, 0.1), camera(near(5), yaw, 0.2 * at(8))]
+    [
+        camera(near(1), yaw + 0.4, 0.1),
+        camera(near(1), yaw - 0.4, 0.1),
+        camera(near(5), yaw, 0.2 * at(8)),
+    ]
 }
 
 #[test]
