@@ -105,7 +105,8 @@ mod tests {
             mean.add(&Transform::new(rotation, DVec3::X * f64::from(n)));
         }
         let mean = mean.mean().unwrap();
-        assert!(DQuat::from_array(mean.orientation).angle_between(middle) < 1e-6);
+        let turn = DQuat::from_array(mean.orientation) * middle.conjugate();
+        assert!(turn.xyz().length() < 1e-9, "{turn}");
         assert!(mean.position_m.iter().all(|p| p.abs() < 1e-12));
         assert!((mean.heading_spread_deg.to_radians() - 0.01 * 10_f64.sqrt()).abs() < 1e-9);
         assert!((mean.yaw_rad() - 3.1).abs() < 1e-9);
