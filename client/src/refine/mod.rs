@@ -19,5 +19,5 @@ mod tests;
 mod worker;
 
 pub use refiner::{CloudFix, CloudRefiner, Placement, RefineError};
-pub use report::{Refusals, RefineReport};
+pub use report::{RefineReport, Refusals};
 pub use settings::RefineSettings;

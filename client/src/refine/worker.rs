@@ -119,14 +119,16 @@ impl Worker {
     fn expire(&mut self, index: usize, now_ns: i64) {
         let camera = &mut self.cameras[index];
         let age_ns = camera.drift.measured_ns().map(|then| now_ns.saturating_sub(then));
-        if age_ns.is_some_and(|age| u128::from(age.max(0).cast_unsigned()) > self.settings.expiry.as_nanos()) {
+        if age_ns.is_some_and(|age| {
+            u128::from(age.max(0).cast_unsigned()) > self.settings.expiry.as_nanos()
+        }) {
             camera.forget();
         }
     }
 
     fn is_due(&mut self, index: usize, now_ns: i64) -> bool {
         let period_ns = i64::try_from(self.settings.period.as_nanos()).unwrap_or(i64::MAX);
-        let has_target = self.cameras.iter().any(|camera| camera.rank.is_some());
+        let has_target = self.cameras.iter().any(|c| c.rank.is_some() && c.memory.is_solid());
         let camera = &mut self.cameras[index];
         let is_due = camera.last_try_ns.is_none_or(|then| now_ns.saturating_sub(then) >= period_ns);
         if is_due && has_target {

@@ -43,8 +43,7 @@ impl PoseCovariance {
         let lever = -cross_matrix(arm_m);
         let turned = lever * self.orientation_rad2;
         let mixed = lever * self.cross_m_rad.transpose();
-        let position_m2 =
-            self.position_m2 + turned * lever.transpose() + mixed + mixed.transpose();
+        let position_m2 = self.position_m2 + turned * lever.transpose() + mixed + mixed.transpose();
         let cross_m_rad = self.cross_m_rad + turned;
         Self { orientation_rad2: self.orientation_rad2, cross_m_rad, position_m2 }
     }

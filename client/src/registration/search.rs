@@ -55,7 +55,7 @@ impl Problem<'_> {
     pub(super) fn search(&self) -> Result<Rest, RegistrationError> {
         let coarse: Vec<SourcePoint> = self.source.iter().step_by(COARSE).copied().collect();
         let mut correction = Correction::none(self.prior.world_from_body.origin());
-        let mut reach = Reach { misaligned_m: self.misalignment() , sigmas: SIGMAS };
+        let mut reach = Reach { misaligned_m: self.misalignment(), sigmas: SIGMAS };
         let (mut step_sigma, mut close) = (f64::INFINITY, 0);
         for iteration in 1..=self.settings.iterations {
             let closing = reach.misaligned_m > CLOSE * self.target.spacing_m();
@@ -127,7 +127,11 @@ impl Rest {
     pub(super) fn typical_sigma_m(&self) -> f64 {
         let mut sigmas: Vec<f64> = self.counting().map(|of| of.sigma_m).collect();
         let middle = sigmas.len() / 2;
-        if sigmas.is_empty() { 0.0 } else { *sigmas.select_nth_unstable_by(middle, f64::total_cmp).1 }
+        if sigmas.is_empty() {
+            0.0
+        } else {
+            *sigmas.select_nth_unstable_by(middle, f64::total_cmp).1
+        }
     }
 
     /// The matches that count.

@@ -102,7 +102,8 @@ mod tests {
         let points =
             [DVec3::NAN, DVec3::ZERO, DVec3::new(1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 4.0)];
         let cloud = SourceCloud::new(lens, points, DepthNoise::from_header(0.01));
-        let sigmas: Vec<_> = cloud.thinned(9).iter().map(|p| p.ray.length() * p.sigma_per_range).collect();
+        let sigmas: Vec<_> =
+            cloud.thinned(9).iter().map(|p| p.ray.length() * p.sigma_per_range).collect();
         assert!((sigmas[0] - 0.04).abs() < 1e-8 && (sigmas[1] - 0.16).abs() < 1e-8, "{sigmas:?}");
         assert_eq!(cloud.thinned(1).len(), 1);
     }
