@@ -32,7 +32,7 @@ fn start_pair(domain: &TestDomain) -> [Scanner; 2] {
 }
 
 fn merge(domain: &TestDomain, arguments: &[&str]) -> Output {
-    let directory = tempfile::tempdir().unwrap();
+    let directory = tempfile::tempdir().expect("a directory");
     Command::new(env!("CARGO_BIN_EXE_lodestone"))
         .args(["--prefix", &domain.prefix, "--root", &domain.root, "merge", "front", "side"])
         .args(["--json"])
@@ -51,7 +51,7 @@ fn report(output: &Output) -> Value {
 
 /// How far the merged cloud sticks out of the room's wall to the north, m.
 fn beyond_wall_m(report: &Value) -> f64 {
-    report["files"][0]["to_m"][1].as_f64().unwrap() - HALF_ROOM_M.y
+    report["files"][0]["to_m"][1].as_f64().expect("an extent") - HALF_ROOM_M.y
 }
 
 #[test]

@@ -25,17 +25,17 @@ fn five_thousand_points_against_twenty_thousand() {
     let truth = camera([-1.0, 0.4, 1.2], 0.1, 0.15);
     let mut scene = Scene::sized(&Room::furnished(), &mapped, truth, ((240, 144), (100, 60), 1));
     let cloud = voxels(&scene.map_points, 0.05);
-    for _ in 0..5 {
-        let (map, surface_ms) =
-            cost_ms(|| SurfaceMap::new(cloud.iter().copied(), &SurfaceSettings::default()));
-        let map = map.unwrap();
+    for planes in [40_000, 20_000, 8_000] {
+        let settings = SurfaceSettings { planes, ..SurfaceSettings::default() };
+        let (map, surface_ms) = cost_ms(|| SurfaceMap::new(cloud.iter().copied(), &settings));
+        scene.target = map.unwrap();
         let sigma = Sigma { turn_deg: 1.5, shift_m: 0.1 };
         let away = sigma.draw(&mut scene.rng);
         let (found, register_ms) = cost_ms(|| scene.register(away, sigma).unwrap());
         println!(
             "{} voxels, {} on planes: surfaces {surface_ms:.0} ms; registration {register_ms:.0} ms, {:?}",
             cloud.len(),
-            map.len(),
+            scene.target.len(),
             found.statistics
         );
     }
