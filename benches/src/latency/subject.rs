@@ -133,7 +133,7 @@ impl Subject {
     }
 
     /// Whether its consumer polls and so shows the transport alone.
-    pub const fn polls(self) -> bool {
+    pub fn polls(self) -> bool {
         matches!(self.kind(), Kind::Lane(_, "poll") | Kind::Peer { blocks: false, .. })
     }
 }

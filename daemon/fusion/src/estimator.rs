@@ -12,6 +12,7 @@ use crate::grid::{Increment, Step};
 use crate::history::Surroundings;
 use crate::parameters::Parameters;
 use crate::predict::{Pending, ProcessNoise, Strapdown, follow};
+use crate::relative::Tied;
 use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
 use crate::update::compass::CompassReport;
@@ -162,6 +163,13 @@ impl Estimator {
     pub fn held_to(&self) -> Option<u16> {
         let tie = self.state.as_ref()?.tie.as_ref()?;
         tie.holds().then_some(tie.anchor)
+    }
+
+    /// What the errors have in common with those of the camera against which this one was measured.
+    ///
+    /// Apart from the estimate, which is copied with every step: few cameras have a tie, and it is large.
+    pub fn tied(&self) -> Option<Tied> {
+        Tied::of(self.state.as_ref()?)
     }
 
     /// Goes along with what the anchor, as it is now, has corrected of itself: between two measurements

@@ -1,5 +1,6 @@
 //! The part of a lane that depends on its readings alone: same readings in, same bits out.
 
+use lodestone_fusion::relative::Tied;
 use lodestone_fusion::{
     Accepted, Aid, AidRefusal, Anchor, Estimate, Estimator, FieldReference, Grid, ImuSample,
     Parameters, Refusal, SensorSpan, SensorTime, Waiting,
@@ -241,6 +242,11 @@ impl Core {
                 }
             }
         }
+    }
+
+    /// What the errors have in common with another camera's; `None` for one that was never measured against one.
+    pub fn tied(&self) -> Option<Tied> {
+        self.estimator.tied()
     }
 
     /// An anchor as it was at a time of `CLOCK_MONOTONIC`, ns, as far as this camera has looked at it.

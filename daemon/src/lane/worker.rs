@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use lodestone_fusion::relative::Tied;
 use lodestone_fusion::{Anchor, SensorTime};
 use lodestone_schema::{
     Aiding, AnchorRefusal, CalibratedSample, LaneState, Pose, Status, Validity,
@@ -109,6 +110,9 @@ impl<P: Publish> Worker<P> {
         let taken = self.core.take(reading, |step| {
             outlet.publish(step, when, calibrated);
         });
+        if let Some(tied) = self.core.tied() {
+            outlet.report_tie(tied);
+        }
         if taken.refusal.is_none() {
             // A source that sends only what cannot be used is as good as silent.
             self.last_arrival = Some(reading.arrival);
@@ -227,8 +231,13 @@ impl<P: Publish> Outlet<P> {
             let motion = Motion::of(estimate, self.pose.time_ns, &step.world);
             let member = self.settings.camera_id as usize;
             self.world.report_motion(member, &motion);
-            self.world.report_tie(member, &motion, estimate.tie.as_ref());
         }
+    }
+
+    /// Tells the world whom the last pose is tied to.
+    fn report_tie(&self, tied: Tied) {
+        let at = (self.pose.time_ns, self.pose.world_epoch);
+        self.world.report_tie(self.settings.camera_id as usize, at, tied);
     }
 
     /// The camera against which a message's pose was measured, if it says that it was.

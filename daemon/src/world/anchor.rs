@@ -114,6 +114,10 @@ mod tests {
     const SIGMA_RAD: f64 = 1e-3;
 
     /// A camera that knows its heading to a degree and its place to five centimetres.
+    fn when(motion: &Motion) -> (i64, u32) {
+        (motion.time_ns, motion.epoch)
+    }
+
     fn motion(at_m: DVec3) -> Motion {
         Motion {
             time_ns: NOW.as_nanos() - 5_000_000,
@@ -162,7 +166,7 @@ mod tests {
             anchor_covariance: [DMat3::IDENTITY * 3e-4, DMat3::IDENTITY * 0.0025],
             mark: motion(at(0)).drift,
         };
-        frame.report_tie(member, &motion(at(member)), Some(&tied));
+        frame.report_tie(member, when(&motion(at(member))), tied);
     }
 
     fn asked(frame: &WorldFrame, follower: usize, anchor: usize) -> Result<Anchor, AnchorRefusal> {
@@ -219,7 +223,7 @@ mod tests {
         // Once the tie is of another world, nothing is in the way
         let (old, tied) =
             (Motion { epoch: EPOCH - 1, ..motion(at(1)) }, frame.tie(1).unwrap().tied);
-        frame.report_tie(1, &old, Some(&tied));
+        frame.report_tie(1, when(&old), tied);
         assert!(asked(&frame, 0, 1).is_ok());
     }
 

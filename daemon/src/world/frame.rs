@@ -148,12 +148,12 @@ impl WorldFrame {
         Motion::from_words(&self.members.get(member)?.motion.read()?)
     }
 
-    /// Reports to whom a member is tied at the instant of a motion, if it is; by the member's lane alone.
-    /// Wait-free.
-    pub fn report_tie(&self, member: usize, motion: &Motion, tied: Option<&Tied>) {
-        let (Some(member), Some(tied)) = (self.members.get(member), tied) else { return };
-        let report = TieReport { time_ns: motion.time_ns, epoch: motion.epoch, tied: *tied };
-        member.tie.report(&report.to_words());
+    /// Reports to whom a member is tied at the time of its last motion, `CLOCK_MONOTONIC`, ns; by the
+    /// member's lane alone. Wait-free.
+    pub fn report_tie(&self, member: usize, (time_ns, epoch): (i64, u32), tied: Tied) {
+        if let Some(member) = self.members.get(member) {
+            member.tie.report(&TieReport { time_ns, epoch, tied }.to_words());
+        }
     }
 
     /// To whom a member was tied last. Without a lock.

@@ -269,7 +269,8 @@ fn run_both(frame: &WorldFrame, cores: &mut [Core], cameras: &mut [Turning<Yaw>]
             let Some(estimate) = &step.estimate else { continue };
             let motion = Motion::of(estimate, step.time.as_nanos(), &step.world);
             frame.report_motion(member, &motion);
-            frame.report_tie(member, &motion, estimate.tie.as_ref());
+            let at = (motion.time_ns, motion.epoch);
+            core.tied().into_iter().for_each(|tied| frame.report_tie(member, at, tied));
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::covariance::{DEVIATION, ORIENTATION, POSITION, VELOCITY};
 use crate::drift::Drift;
 use crate::frame::{Body, Rotation, World};
 use crate::grid::Increment;
-use crate::relative::{FieldTie, Station, Tied};
+use crate::relative::{FieldTie, Station};
 use crate::so3;
 use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
@@ -37,8 +37,6 @@ pub struct Estimate {
     pub velocity_covariance: DMat3,
     /// How the orientation's error hangs on the field at this place.
     pub field: FieldTie,
-    /// What its errors have in common with another camera's, against which it was measured.
-    pub tie: Option<Tied>,
     /// How far its errors have moved on.
     pub drift: Drift,
     /// Where the heading comes from.
@@ -123,7 +121,6 @@ impl Estimator {
             position_covariance: block(POSITION),
             velocity_covariance: block(VELOCITY),
             field: self.field_tie(state),
-            tie: Tied::of(state),
             drift: state.drift,
             heading_origin: self.aids.heading_origin,
             position_origin: aids.position_origin(),

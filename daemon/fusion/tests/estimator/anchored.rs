@@ -104,7 +104,7 @@ impl Pair {
 
     fn relative(&self) -> Relative {
         let [a, b] = self.estimates();
-        let tied = b.tie.expect("it was registered");
+        let tied = self.filters[1].tied().expect("it was registered");
         let drifted = a.drift.since(&tied.mark).expect("nothing was cut");
         let apart = tied.apart(&drifted, b.position - a.position);
         relative_by(&a.station(), &b.station(), [&Apart::NOTHING, &apart])
