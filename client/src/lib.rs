@@ -82,8 +82,8 @@ pub use limits::{LookupLimits, PredictionNoise};
 pub use lodestone_schema::transport::{Availability, Domain, DomainError, OpenError};
 pub use lodestone_schema::{
     AidFlags, Aiding, AidingKind, AidingOrigin, AlignmentWait, CalibratedSample, DistanceSource,
-    HeadingSource, Health, LaneState, NorthKind, Pose, PositionSource, SampleFlags, Status,
-    Validity, WorldState,
+    HeadingSource, Health, LaneState, NorthKind, Pose, PositionSource, RealTimeFlags, SampleFlags,
+    Status, Validity, WorldState,
 };
 pub use message::Message;
 pub use pose::{CameraPose, Heading, Origin};

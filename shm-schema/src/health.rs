@@ -97,8 +97,8 @@ pub struct Health {
     pub aids_refused: u8,
     /// Cameras that a rigid body carries; 0 for a camera of its own.
     pub member_count: u8,
-    /// Zero.
-    pub reserved: u8,
+    /// Bits of [`crate::RealTimeFlags`]: what the configuration asks for and the system refused.
+    pub real_time_refused: u8,
     /// Epoch of the world of the latest pose; 0 while there is none.
     pub world_epoch: u32,
     /// Samples per second over the last interval; `NaN` before the first.
@@ -170,7 +170,7 @@ assert_layout!(
     aids_used = 56,
     aids_refused = 57,
     member_count = 58,
-    reserved = 59,
+    real_time_refused = 59,
     world_epoch = 60,
     sample_rate_hz = 64,
     pose_rate_hz = 72,

@@ -11,6 +11,7 @@ mod kind;
 mod matrix;
 mod number;
 mod range;
+mod realtime;
 mod text;
 
 pub(crate) use calibration::CALIBRATION;

@@ -8,6 +8,7 @@ mod body;
 mod camera;
 mod estimator;
 mod lane;
+mod realtime;
 mod synthetic;
 
 pub use body::RigidBody;
@@ -17,6 +18,7 @@ pub use camera::{
 };
 pub use estimator::{Estimator, HeadingMode, Preset, ValidityBounds};
 pub use lane::{Lane, SharedMemory, Threads};
+pub use realtime::{Policy, Realtime};
 pub use synthetic::{
     Disturbance, Instrument, MagneticDistortion, Motor, SensorErrors, Synthetic, TrajectoryKind,
     Transport,
@@ -34,6 +36,8 @@ pub struct Config {
     pub shared_memory: SharedMemory,
     /// How every camera's lane runs.
     pub lane: Lane,
+    /// How the lanes' threads are scheduled.
+    pub realtime: Realtime,
     /// The filter, one set of parameters for all cameras.
     pub estimator: Estimator,
     /// Rigid bodies that carry cameras.

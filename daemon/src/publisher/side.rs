@@ -82,7 +82,7 @@ pub(crate) const fn blank_health() -> Health {
         aids_used: 0,
         aids_refused: 0,
         member_count: 0,
-        reserved: 0,
+        real_time_refused: 0,
         world_epoch: 0,
         sample_rate_hz: f64::NAN,
         pose_rate_hz: f64::NAN,

@@ -9,6 +9,7 @@ mod histogram;
 mod latest;
 mod status;
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use lodestone_schema::{AlignmentWait, LaneState};
@@ -17,6 +18,8 @@ pub use counter::{Counter, CounterValues, LaneCounters};
 pub use histogram::{Histogram, LatencySummary};
 pub use latest::Latest;
 pub use status::{LaneStatus, SensorStatus};
+
+use crate::realtime::Roster;
 
 /// One lane's board, shared as an `Arc`.
 #[derive(Debug, Default)]
@@ -31,6 +34,8 @@ pub struct LaneBoard {
     pub latency: Histogram,
     /// The latest pose and sensor readings.
     pub latest: Latest,
+    /// The lane's threads; not looked at on the way of a sample.
+    pub roster: Arc<Roster>,
     state: AtomicU8,
     alignment_wait: AtomicU8,
     members_in_use: AtomicU64,
