@@ -30,7 +30,7 @@ pub fn qos_of(kind: ServiceKind, settings: &SharedMemory) -> Qos {
     let history = match kind {
         ServiceKind::Pose | ServiceKind::Sample => settings.pose_history,
         ServiceKind::Truth => TRUTH_HISTORY,
-        ServiceKind::Health | ServiceKind::World | ServiceKind::Wake => 1,
+        ServiceKind::Health | ServiceKind::World | ServiceKind::Wake | ServiceKind::Cloud => 1,
         ServiceKind::Aiding => AIDING_HISTORY,
         ServiceKind::Relative | ServiceKind::Transforms => WORLD_HISTORY,
         ServiceKind::Request => REQUESTS,
@@ -53,6 +53,6 @@ pub const fn sample_bytes(kind: ServiceKind) -> usize {
         ServiceKind::World => size_of::<World>(),
         ServiceKind::Relative => size_of::<Relative>(),
         ServiceKind::Transforms => size_of::<StaticTransform>(),
-        ServiceKind::Aiding | ServiceKind::Wake | ServiceKind::Request => 0,
+        ServiceKind::Aiding | ServiceKind::Wake | ServiceKind::Request | ServiceKind::Cloud => 0,
     }
 }
