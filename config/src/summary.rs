@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::model::{Camera, Config, DriverKind, Lane, Policy, Realtime, Replay, Rig, Synthetic, Threads, World};
+use crate::model::{
+    Camera, Config, DriverKind, Lane, Policy, Realtime, Replay, Rig, Synthetic, Threads, World,
+};
 
 impl Config {
     /// What this configuration will run: the world, the lane, and one line for each camera.

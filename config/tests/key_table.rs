@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lodestone_config::model::{
     AxisMap, Camera, CameraModel, Config, Disturbance, DriverKind, Estimator, Fault, FaultKind,
-    HeadingMode, Instrument, Lane, MagneticDistortion, Motor, Mounting, North, Policy, Preset, Realtime,
-    Replay, RigidBody, SensorErrors, SharedMemory, Start, Steel, Synthetic, Threads, TrajectoryKind,
-    Transport, ValidityBounds, World,
+    HeadingMode, Instrument, Lane, MagneticDistortion, Motor, Mounting, North, Policy, Preset,
+    Realtime, Replay, RigidBody, SensorErrors, SharedMemory, Start, Steel, Synthetic, Threads,
+    TrajectoryKind, Transport, ValidityBounds, World,
 };
 use lodestone_config::{KeyInfo, explain, keys};
 use serde::de::DeserializeOwned;

@@ -1,5 +1,6 @@
 //! Arguments.
 
+use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
@@ -62,6 +63,8 @@ pub(super) enum Command {
     Relative(RelativeArgs),
     /// The tree of frames: world, bodies, cameras, lenses, magnetometers.
     Transforms,
+    /// Check whether this machine lets poses be in time, and say what to change; 1 if something is bad.
+    Doctor(DoctorArgs),
 }
 
 #[derive(Debug, clap::Args)]
@@ -82,6 +85,13 @@ pub(super) struct RelativeArgs {
     /// Camera a, in whose axes all is given, and camera b; every pair if left out.
     #[arg(num_args = 2, value_names = ["A", "B"])]
     pub(super) cameras: Vec<String>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct DoctorArgs {
+    /// Look at the files of a machine below this directory instead.
+    #[arg(long, value_name = "DIRECTORY", hide = true)]
+    pub(super) machine: Option<PathBuf>,
 }
 
 #[derive(Debug, clap::Args)]

@@ -2,6 +2,7 @@
 
 mod args;
 mod describe;
+mod doctor;
 mod echo;
 mod failure;
 mod json;
@@ -53,6 +54,7 @@ fn command(args: &Args) -> Result<(), Failure> {
         Command::World(chosen) => world::run(&session, chosen),
         Command::Relative(chosen) => relative::run(&session, chosen),
         Command::Transforms => transforms::run(&session),
+        Command::Doctor(chosen) => doctor::run(&session, chosen),
     }
 }
 

@@ -77,7 +77,8 @@ fn bodies(config: &Config, report: &mut Report) {
 fn cpu_of_a_rig(config: &Config, body: usize, report: &mut Report) {
     let is_rig = config.rigs().iter().any(|rig| rig.body == body);
     if config.body[body].cpu.is_some() && !is_rig {
-        let problem = "is for the common lane of several cameras, and fewer than two name this body";
+        let problem =
+            "is for the common lane of several cameras, and fewer than two name this body";
         let allowed = "this key only with two cameras or more; for a single one, camera.cpu";
         report.conflict(&format!("body[{body}].cpu"), &[], problem.into(), allowed);
     }

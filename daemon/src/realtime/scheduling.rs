@@ -23,7 +23,8 @@ pub(super) fn become_fifo(priority: u8) -> Result<(), Errno> {
     // SAFETY: the call takes a thread id, a policy and a pointer to a `struct sched_param`, which
     // `param` is in the kernel's layout. The kernel only reads it, and only during the call, and
     // `param` outlives the call. The C library's wrapper is passed by, as musl's refuses.
-    let result = unsafe { libc::syscall(SYS_sched_setscheduler, THIS_THREAD, policy, &raw const param) };
+    let result =
+        unsafe { libc::syscall(SYS_sched_setscheduler, THIS_THREAD, policy, &raw const param) };
     if result == 0 {
         return Ok(());
     }
