@@ -147,7 +147,7 @@ fn whatever_is_not_good_says_what_it_means_and_what_to_change() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig::with_cases(32))]
     #[test]
     fn garbage_in_any_file_never_panics(
         texts in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..80), FILES.len()),
