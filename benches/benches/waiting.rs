@@ -7,6 +7,10 @@
 //! the lane, and a plain loop that notifies in line, so that its event is as early as an event can be. The
 //! consumers are processes of their own, one after the other in each round; the processor time is what the
 //! kernel charged the process for.
+//!
+//! On a machine with other work, all under real-time priority (a polling consumer then would be stopped
+//! for 50 ms of every second):
+//! `chrt -f 50 cargo bench -p lodestone-benches --bench waiting -- --no-poll`
 
 use std::error::Error;
 use std::fs;
@@ -46,6 +50,9 @@ struct Args {
     /// Seconds each consumer is measured in a round.
     #[arg(long, default_value_t = 4.0)]
     seconds: f64,
+    /// Leave the polling consumer out.
+    #[arg(long)]
+    no_poll: bool,
     /// Given by `cargo bench`; without it (as in `cargo test`) nothing is measured.
     #[arg(long, hide = true)]
     bench: bool,
@@ -81,14 +88,9 @@ enum Source {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let args = Args::parse();
-    match args.role {
-        Some(Role::Lane { config }) => return lane(config),
-        Some(Role::Inline { prefix, root }) => return inline(&Domain { prefix, root }),
-        Some(Role::Consume { prefix, root, how, seconds }) => {
-            return consume(&Domain { prefix, root }, how, seconds);
-        }
-        None => {}
+    let mut args = Args::parse();
+    if let Some(role) = args.role.take() {
+        return play(role);
     }
     if !args.bench {
         println!("skipped: latencies are measured by cargo bench");
@@ -98,11 +100,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     for round in 1..=args.rounds {
         eprintln!("round {round} of {}", args.rounds);
         for source in [Source::Lane, Source::Inline] {
-            seen.extend(measure(source, args.seconds)?);
+            seen.extend(measure(source, &args)?);
         }
     }
     print(&seen);
     Ok(())
+}
+
+fn play(role: Role) -> Result<(), Box<dyn Error>> {
+    match role {
+        Role::Lane { config } => lane(config),
+        Role::Inline { prefix, root } => inline(&Domain { prefix, root }),
+        Role::Consume { prefix, root, how, seconds } => {
+            consume(&Domain { prefix, root }, how, seconds)
+        }
+    }
 }
 
 // ---- publishers --------------------------------------------------------------------------------
@@ -228,7 +240,7 @@ impl Drop for Part {
     }
 }
 
-fn measure(source: Source, seconds: f64) -> Result<Vec<Seen>, Box<dyn Error>> {
+fn measure(source: Source, args: &Args) -> Result<Vec<Seen>, Box<dyn Error>> {
     let own = OwnDomain::new("waiting")?;
     let domain = own.domain();
     let file = tempfile::Builder::new().suffix(".toml").tempfile()?;
@@ -240,7 +252,8 @@ fn measure(source: Source, seconds: f64) -> Result<Vec<Seen>, Box<dyn Error>> {
     // A consumer does not begin a domain.
     sleep(Duration::from_millis(500));
     let consumers = [How::Wait, How::Event, How::Poll].into_iter();
-    consumers.map(|how| run(source, how, domain, seconds)).collect()
+    let wanted = consumers.filter(|how| *how != How::Poll || !args.no_poll);
+    wanted.map(|how| run(source, how, domain, args.seconds)).collect()
 }
 
 fn run(source: Source, how: How, domain: &Domain, seconds: f64) -> Result<Seen, Box<dyn Error>> {
@@ -267,6 +280,9 @@ fn print(seen: &[Seen]) {
         for how in [How::Wait, How::Event, How::Poll] {
             let of: Vec<&Seen> =
                 seen.iter().filter(|s| (s.source, s.how) == (source, how)).collect();
+            if of.is_empty() {
+                continue;
+            }
             let poses: usize = of.iter().map(|s| s.latencies_us.len()).sum();
             let p = |part: f64| spread(of.iter().map(|s| quantile(&s.latencies_us, part)));
             let load = spread(of.iter().map(|s| 100.0 * s.load));
