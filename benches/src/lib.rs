@@ -7,6 +7,7 @@
 //! | from a sample's arrival to a consumer's eyes | `cargo bench -p lodestone-benches --bench latency` |
 //! | waiting for a pose: how late, at what load | `cargo bench -p lodestone-benches --bench waiting` |
 //! | publishing to 0, 1, 4, 16 subscribers | `cargo bench -p lodestone-benches --bench publish` |
+//! | merging a point of a cloud, placing and map | `cargo bench -p lodestone-benches --bench merge` |
 //!
 //! Times on a shared machine are noisy: trust ratios within one run and instruction counts.
 
@@ -15,4 +16,5 @@ pub mod latency;
 pub mod ledger;
 pub mod message;
 pub mod readings;
+pub mod room;
 pub mod vqf;

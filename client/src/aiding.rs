@@ -9,9 +9,10 @@ use lodestone_schema::transport::{PublishSubscribe, open_for_reading};
 use lodestone_schema::{Aiding, AidingKind, AidingOrigin, ServiceKind};
 
 use crate::client::Client;
-use crate::error::{AidingError, ConnectError};
+use crate::error::{AidingError, CameraNameError, ConnectError};
 use crate::frame::{Body, Rotation, World};
 use crate::pose_stream::PoseStream;
+use crate::time::Time;
 
 /// Offers measurements to one camera's lane: speed, position, pose, velocity.
 ///
@@ -37,6 +38,7 @@ pub struct AidingPublisher {
     port: Option<Port>,
     origin: AidingOrigin,
     lever_arm_m: DVec3,
+    anchor: Option<PoseStream>,
     sequence: u64,
 }
 
@@ -49,7 +51,7 @@ struct Port {
 impl AidingPublisher {
     pub(crate) fn new(client: Client, poses: PoseStream) -> Self {
         let (origin, lever_arm_m) = (AidingOrigin::Other, DVec3::ZERO);
-        Self { client, poses, port: None, origin, lever_arm_m, sequence: 0 }
+        Self { client, poses, port: None, origin, lever_arm_m, anchor: None, sequence: 0 }
     }
 
     /// Says what the measurements are made with; default [`AidingOrigin::Other`].
@@ -64,6 +66,44 @@ impl AidingPublisher {
     pub const fn at_lever_arm(mut self, lever_arm_m: DVec3) -> Self {
         self.lever_arm_m = lever_arm_m;
         self
+    }
+
+    /// Says that poses are measured against another camera, the anchor: its own uncertainty is then the
+    /// daemon's to add, and the two fit each other as well as they were measured.
+    ///
+    /// What [`Self::pose`] takes must then be in the world by the anchor's pose as published for that time, and
+    /// its covariances those of the measurement alone; [`Self::relative_pose`] sees to it. Other measurements
+    /// than poses are refused by the daemon.
+    ///
+    /// # Errors
+    /// [`CameraNameError`].
+    pub fn anchored_to(mut self, camera: &str) -> Result<Self, CameraNameError> {
+        self.anchor = Some(self.client.poses(camera)?);
+        Ok(self)
+    }
+
+    /// Where this camera is in the body axes of its anchor, `p_anchor = R p + D`: D, m, with its covariance,
+    /// m², and R with its covariance as a small rotation vector, rad², all in the anchor's axes; valid at a
+    /// time of `CLOCK_MONOTONIC`, ns, for which the anchor's pose is looked up.
+    ///
+    /// # Errors
+    /// [`AidingError`].
+    pub fn relative_pose(
+        &mut self,
+        time_ns: i64,
+        (distance_m, covariance_m2): (DVec3, DMat3),
+        (orientation, covariance_rad2): (Rotation<Body, Body>, DMat3),
+    ) -> Result<(), AidingError> {
+        let anchor = self.anchor.as_mut().ok_or(AidingError::NoAnchor)?;
+        let world_from_anchor = anchor.lookup(Time::Monotonic(time_ns))?.world_from_body()?;
+        let by_anchor = world_from_anchor.rotation();
+        let turn = by_anchor.matrix();
+        let in_world = |m: DMat3| symmetric(turn * m * turn.transpose());
+        self.pose(
+            time_ns,
+            (world_from_anchor.apply(distance_m), in_world(covariance_m2)),
+            (by_anchor * orientation, in_world(covariance_rad2)),
+        )
     }
 
     /// Forward speed of the vehicle, m/s, backwards negative, valid at a time of `CLOCK_MONOTONIC`, ns; with
@@ -149,6 +189,11 @@ impl AidingPublisher {
         let latest = self.poses.latest()?;
         message.camera_id = latest.camera_id();
         message.world_epoch = latest.world_epoch();
+        if let Some(anchor) = &mut self.anchor {
+            // Cameras count from 0, and 0 is none.
+            message.anchor =
+                u16::try_from(anchor.latest()?.camera_id()).map_or(u16::MAX, |id| id + 1);
+        }
         message.origin = self.origin.code();
         message.lever_arm_m = self.lever_arm_m.to_array();
         message.sequence = self.sequence;
@@ -191,7 +236,8 @@ const fn blank(kind: AidingKind, time_ns: i64) -> Aiding {
         world_epoch: 0,
         kind: kind.code(),
         origin: 0,
-        reserved: [0; 6],
+        anchor: 0,
+        reserved: [0; 4],
         time_ns,
         value: [f64::NAN; 3],
         orientation: [f64::NAN; 4],
@@ -213,6 +259,11 @@ fn vector(what: &'static str, value: DVec3) -> Result<[f64; 3], AidingError> {
     if value.is_finite() { Ok(value.to_array()) } else { Err(AidingError::NotFinite { what }) }
 }
 
+/// Rounding must not tell the two halves apart.
+fn symmetric(m: DMat3) -> DMat3 {
+    (m + m.transpose()) * 0.5
+}
+
 /// `xx xy xz yy yz zz`.
 fn upper_triangle(what: &'static str, c: DMat3) -> Result<[f64; 6], AidingError> {
     if !c.is_finite() {
@@ -228,6 +279,7 @@ impl fmt::Debug for AidingPublisher {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.debug_struct("AidingPublisher")
             .field("camera", &self.poses.camera())
+            .field("anchor", &self.anchor.as_ref().map(PoseStream::camera))
             .field("connected", &self.port.is_some())
             .field("sent", &self.sequence)
             .finish_non_exhaustive()

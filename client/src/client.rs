@@ -13,7 +13,9 @@ use rustix::fs::{Access, access};
 use rustix::io::Errno;
 
 use crate::aiding::AidingPublisher;
+use crate::cloud::{CloudPublisher, CloudStream, PublishError};
 use crate::error::{CameraNameError, ConnectError};
+use crate::merge::CloudMergerBuilder;
 use crate::pose_stream::{PoseStream, PoseStreamBuilder};
 use crate::relative::RelativeStream;
 use crate::stream::{HealthStream, SampleStream, Stream, WorldStream};
@@ -146,6 +148,14 @@ impl Client {
         Ok(cameras(&*self.node()?, ServiceKind::Pose))
     }
 
+    /// The cameras that have a cloud service, in any schema version; as [`Client::cameras`].
+    ///
+    /// # Errors
+    /// [`ConnectError`] if there is no domain or it cannot be entered.
+    pub fn cameras_with_clouds(&self) -> Result<Vec<Availability>, ConnectError> {
+        Ok(cameras(&*self.node()?, ServiceKind::Cloud))
+    }
+
     /// The poses of a camera, with default settings.
     ///
     /// # Errors
@@ -184,6 +194,31 @@ impl Client {
     /// [`CameraNameError`].
     pub fn aiding(&self, camera: &str) -> Result<AidingPublisher, CameraNameError> {
         Ok(AidingPublisher::new(self.clone(), self.poses(camera)?))
+    }
+
+    /// The clouds that a depth source sees with a camera.
+    ///
+    /// # Errors
+    /// [`CameraNameError`].
+    pub fn clouds(&self, camera: &str) -> Result<CloudStream, CameraNameError> {
+        checked(camera).map(|camera| CloudStream::new(self.clone(), camera))
+    }
+
+    /// A way to publish clouds seen with a camera, of at most so many points each.
+    ///
+    /// # Errors
+    /// [`PublishError::Name`], [`PublishError::NoPoints`].
+    pub fn cloud_publisher(
+        &self,
+        camera: &str,
+        most_points: usize,
+    ) -> Result<CloudPublisher, PublishError> {
+        CloudPublisher::new(self.clone(), checked(camera)?, most_points)
+    }
+
+    /// A way to merge clouds of several cameras into one map.
+    pub fn merger(&self) -> CloudMergerBuilder {
+        CloudMergerBuilder::new(self.clone())
     }
 
     /// The world that all cameras share, about once a second and when it changes.

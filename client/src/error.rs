@@ -158,6 +158,15 @@ pub enum AidingError {
     /// The aiding service cannot be opened.
     #[error(transparent)]
     Connect(#[from] ConnectError),
+    /// The anchor's pose at that time is not known, so nothing can be given in the world by it.
+    #[error("the anchor: {0}")]
+    AnchorPose(#[from] LookupError),
+    /// The anchor's pose at that time is not within the daemon's bounds.
+    #[error("the anchor: {0}")]
+    AnchorNotValid(#[from] NotValid),
+    /// A relative pose needs [`crate::AidingPublisher::anchored_to`].
+    #[error("a relative pose is one against another camera: say which with anchored_to")]
+    NoAnchor,
     /// The lane does not listen, or no longer; try again.
     #[error("nobody listens to aiding measurements: is the daemon running?")]
     NobodyListens,

@@ -3,8 +3,8 @@
 use core::time::Duration;
 
 use lodestone_schema::{
-    AidFlags, AlignmentWait, HeadingSource, Health, LaneState, PositionSource, RealTimeFlags,
-    ServiceKind, Status, Validity,
+    AidFlags, AlignmentWait, AnchorRefusal, HeadingSource, Health, LaneState, PositionSource,
+    RealTimeFlags, ServiceKind, Status, Validity,
 };
 
 use crate::error::MessageError;
@@ -32,6 +32,7 @@ pub struct LaneHealth {
     heading_source: HeadingSource,
     position_source: PositionSource,
     alignment_wait: AlignmentWait,
+    anchor_refusal: AnchorRefusal,
 }
 
 impl TryFrom<Health> for LaneHealth {
@@ -47,7 +48,9 @@ impl TryFrom<Health> for LaneHealth {
             .ok_or_else(|| unknown("position_source", message.position_source))?;
         let alignment_wait = AlignmentWait::from_code(message.alignment_wait)
             .ok_or_else(|| unknown("alignment_wait", message.alignment_wait))?;
-        Ok(Self { message, state, heading_source, position_source, alignment_wait })
+        let anchor_refusal = AnchorRefusal::from_code(message.anchor_refusal)
+            .ok_or_else(|| unknown("anchor_refusal", message.anchor_refusal))?;
+        Ok(Self { message, state, heading_source, position_source, alignment_wait, anchor_refusal })
     }
 }
 
@@ -89,6 +92,11 @@ impl LaneHealth {
     /// Why a lane that aligns has no pose yet.
     pub const fn alignment_wait(&self) -> AlignmentWait {
         self.alignment_wait
+    }
+
+    /// Why the last measurement against another camera was not used; `None` if it was, or none came.
+    pub fn anchor_refusal(&self) -> Option<AnchorRefusal> {
+        Some(self.anchor_refusal).filter(|refusal| *refusal != AnchorRefusal::None)
     }
 
     /// What the lane says about its latest pose.

@@ -46,18 +46,24 @@
 mod aiding;
 mod batch;
 mod client;
+mod cloud;
+mod connection;
 mod covariance;
 mod error;
+mod export;
 mod frame;
 mod health;
 mod history;
 mod interpolate;
 mod limits;
+mod merge;
 mod message;
 mod pace;
 mod pose;
 mod pose_stream;
 mod predict;
+mod refine;
+pub mod registration;
 mod relative;
 mod request;
 mod sample;
@@ -72,22 +78,36 @@ mod world;
 pub use aiding::AidingPublisher;
 pub use batch::Batch;
 pub use client::{Client, ClientBuilder, PREFIX_VARIABLE, ROOT_VARIABLE};
+pub use cloud::{
+    Cloud, CloudHeaderError, CloudInfo, CloudLoan, CloudPublisher, CloudStream, KNOT_STEP_NS, Lens,
+    LensPlace, MOST_OFFSET_NS, Motion, MotionError, PublishError,
+};
 pub use error::{
     AidingError, CameraNameError, ConnectError, LookupError, MessageError, NotValid, StreamError,
 };
+pub use export::{ExportError, ExportFilter, ExportPoint, export_points, write_pcd, write_ply};
 pub use frame::{Body, Frame, Optical, Rotation, World};
 pub use health::LaneHealth;
 pub use history::History;
 pub use limits::{LookupLimits, PredictionNoise};
 pub use lodestone_schema::transport::{Availability, Domain, DomainError, OpenError};
 pub use lodestone_schema::{
-    AidFlags, Aiding, AidingKind, AidingOrigin, AlignmentWait, CalibratedSample, DistanceSource,
-    HeadingSource, Health, LaneState, NorthKind, Pose, PositionSource, RealTimeFlags, SampleFlags,
-    Status, Validity, WorldState,
+    AidFlags, Aiding, AidingKind, AidingOrigin, AlignmentWait, AnchorRefusal, CalibratedSample,
+    CloudFields, CloudFrame, CloudHeader, CloudPoint, DistanceSource, HeadingSource, Health,
+    LaneState, NorthKind, Pose, PositionSource, RealTimeFlags, SampleFlags, Status, Validity,
+    WorldState,
+};
+pub use merge::{
+    CameraMerge, CloudMerger, CloudMergerBuilder, Lateness, MapCounts, MergeCounts, MergeError,
+    PlacedCloud, PlacedPoint, PointCounts, PoseSource, Range, VoxelMap, VoxelMapError,
+    VoxelMapSettings, VoxelView,
 };
 pub use message::Message;
 pub use pose::{CameraPose, Heading, Origin};
 pub use pose_stream::{PoseStream, PoseStreamBuilder};
+pub use refine::{
+    CloudFix, CloudRefiner, Placement, RefineError, RefineReport, RefineSettings, Refusals,
+};
 pub use relative::{RelativeMessage, RelativePose, RelativeStream};
 pub use request::RequestError;
 pub use sample::Sample;

@@ -53,12 +53,21 @@ pub struct PoseStreamBuilder {
     capacity: usize,
     limits: LookupLimits,
     stale_after: Duration,
+    kind: ServiceKind,
 }
 
 impl PoseStreamBuilder {
     pub(crate) fn new(client: Client, camera: String) -> Self {
         let stale_after = Duration::from_millis(100);
-        Self { client, camera, capacity: 1024, limits: LookupLimits::default(), stale_after }
+        let (limits, kind) = (LookupLimits::default(), ServiceKind::Pose);
+        Self { client, camera, capacity: 1024, limits, stale_after, kind }
+    }
+
+    /// Follows the truth of a synthetic camera instead of its estimate, to compare with.
+    #[must_use]
+    pub const fn truth(mut self) -> Self {
+        self.kind = ServiceKind::Truth;
+        self
     }
 
     /// Poses kept for lookups, at 360 bytes each; default 1024, which is 2.5 s at 400 Hz.
@@ -85,7 +94,7 @@ impl PoseStreamBuilder {
     /// Makes the stream, which connects when it is first asked for something.
     pub fn open(self) -> PoseStream {
         PoseStream {
-            subscription: Subscription::new(self.client, self.camera),
+            subscription: Subscription::of_kind(self.client, self.camera, self.kind),
             history: History::new(self.capacity, self.limits),
             stale_after: self.stale_after,
             unread: 0,

@@ -1,38 +1,53 @@
-//! A subscriber that finds its service, and finds it again.
+//! The messages of one service, each with how it follows the one before.
 
 use std::sync::Arc;
 
 use core::fmt;
 use iceoryx2::port::subscriber::{Subscriber, SubscriberCreateError};
-use iceoryx2::prelude::ipc;
+use iceoryx2::prelude::{ZeroCopySend, ipc};
+use lodestone_schema::ServiceKind;
 use lodestone_schema::transport::{PublishSubscribe, open_for_reading};
 
 use crate::client::Client;
+use crate::connection::{Connection, ReceivingPort, ServiceOf};
 use crate::error::{ConnectError, MessageError};
 use crate::message::Message;
-use crate::time::{age_of, monotonic_now_ns};
 use crate::track::{Arrival, Tracker};
-
-/// A missing service is looked for this often: a look reads a directory.
-const BETWEEN_ATTEMPTS_NS: i64 = 100_000_000;
 
 /// Receives one kind of message of one camera.
 pub(crate) struct Subscription<M: Message> {
-    client: Client,
-    camera: String,
-    link: Link<M::Raw>,
-    /// When a message last came or the service was last opened.
-    last_sign_ns: i64,
+    connection: Connection<Port<M::Raw>>,
     tracker: Tracker,
 }
 
-enum Link<R: fmt::Debug + iceoryx2::prelude::ZeroCopySend + 'static> {
-    /// Never tried.
-    New,
-    /// Tried in vain; again at this time.
-    Down { error: Arc<ConnectError>, next_attempt_ns: i64 },
-    /// Open. The service stays in existence while this is held.
-    Up { subscriber: Subscriber<ipc::Service, R, ()>, _service: PublishSubscribe<R> },
+struct Port<R: fmt::Debug + ZeroCopySend + 'static> {
+    subscriber: Subscriber<ipc::Service, R, ()>,
+    /// The service stays in existence while this is held.
+    _service: PublishSubscribe<R>,
+}
+
+impl<R: fmt::Debug + ZeroCopySend + 'static> ReceivingPort for Port<R> {
+    fn open(client: &Client, service: &ServiceOf) -> Result<Self, ConnectError> {
+        let opened = open_for_reading::<R>(&*client.node()?, service.kind, &service.camera)?;
+        let created = opened.subscriber_builder().create();
+        let subscriber = created.map_err(|error| not_subscribed(&service.camera, error))?;
+        Ok(Self { subscriber, _service: opened })
+    }
+
+    fn has_waiting(&self) -> bool {
+        self.subscriber.has_samples().unwrap_or(false)
+    }
+}
+
+/// Why an open service takes no subscriber.
+pub(crate) fn not_subscribed(camera: &str, error: SubscriberCreateError) -> ConnectError {
+    let camera = camera.to_owned();
+    match error {
+        SubscriberCreateError::ExceedsMaxSupportedSubscribers => {
+            ConnectError::TooManyConsumers { camera }
+        }
+        other => ConnectError::Transport { camera, what: other.to_string() },
+    }
 }
 
 /// A message and how it follows the one before.
@@ -43,11 +58,17 @@ pub(crate) struct Received<M> {
 
 impl<M: Message> Subscription<M> {
     pub(crate) fn new(client: Client, camera: String) -> Self {
-        Self { client, camera, link: Link::New, last_sign_ns: 0, tracker: Tracker::default() }
+        Self::of_kind(client, camera, M::KIND)
+    }
+
+    /// The same message from another service that carries it.
+    pub(crate) fn of_kind(client: Client, camera: String, kind: ServiceKind) -> Self {
+        let service = ServiceOf { kind, camera, silence: M::SILENCE };
+        Self { connection: Connection::new(client, service), tracker: Tracker::default() }
     }
 
     pub(crate) fn camera(&self) -> &str {
-        &self.camera
+        self.connection.camera()
     }
 
     pub(crate) const fn tracker(&self) -> &Tracker {
@@ -56,10 +77,7 @@ impl<M: Message> Subscription<M> {
 
     /// Why there is no connection; `None` while there is one, or before the first attempt.
     pub(crate) fn error(&self) -> Option<Arc<ConnectError>> {
-        match &self.link {
-            Link::Down { error, .. } => Some(Arc::clone(error)),
-            Link::New | Link::Up { .. } => None,
-        }
+        self.connection.error()
     }
 
     /// The next message that waits, connecting first if need be; `None` if none waits.
@@ -73,90 +91,34 @@ impl<M: Message> Subscription<M> {
             let message = M::try_from(raw);
             if let Err(error) = &message {
                 self.tracker.counts.invalid += 1;
-                tracing::warn!(camera = self.camera, %error, "message refused");
+                tracing::warn!(camera = self.camera(), %error, "message refused");
             }
             return Some(Received { message, restart: arrival == Arrival::Restart });
         }
     }
 
     fn receive(&mut self) -> Option<(M::Raw, u128)> {
-        self.connect_if_due();
-        let Link::Up { subscriber, .. } = &self.link else {
-            return None;
-        };
-        match subscriber.receive() {
+        let tracker = &mut self.tracker;
+        match self.connection.port(|| tracker.connected())?.subscriber.receive() {
             Ok(Some(sample)) => {
                 let found = (*sample.payload(), sample.header().publisher_id().value());
-                self.last_sign_ns = monotonic_now_ns();
+                self.connection.heard();
                 Some(found)
             }
             Ok(None) => None,
             Err(error) => {
-                let (camera, what) = (self.camera.clone(), error.to_string());
-                self.down(ConnectError::Transport { camera, what });
+                self.connection.failed(error.to_string());
                 None
             }
         }
-    }
-
-    /// Opens the service if that was not tried lately, and anew after a long silence: whoever
-    /// cleans up after a killed daemon may have replaced it by another of the same name.
-    fn connect_if_due(&mut self) {
-        let now_ns = monotonic_now_ns();
-        let due = match &self.link {
-            Link::New => true,
-            Link::Down { next_attempt_ns, .. } => now_ns >= *next_attempt_ns,
-            Link::Up { subscriber, .. } => {
-                age_of(self.last_sign_ns) > M::SILENCE && !subscriber.has_samples().unwrap_or(false)
-            }
-        };
-        if due {
-            self.connect();
-        }
-    }
-
-    fn connect(&mut self) {
-        // Given up first: if nobody else holds the old service, it goes, and a daemon with other
-        // settings can make its own.
-        self.link = Link::New;
-        self.last_sign_ns = monotonic_now_ns();
-        match self.open() {
-            Ok(link) => {
-                self.link = link;
-                self.tracker.connected();
-            }
-            Err(error) => self.down(error),
-        }
-    }
-
-    fn open(&self) -> Result<Link<M::Raw>, ConnectError> {
-        let node = self.client.node()?;
-        let service = open_for_reading::<M::Raw>(&node, M::KIND, &self.camera)?;
-        let created = service.subscriber_builder().create();
-        let subscriber = created.map_err(|error| {
-            let camera = self.camera.clone();
-            match error {
-                SubscriberCreateError::ExceedsMaxSupportedSubscribers => {
-                    ConnectError::TooManyConsumers { camera }
-                }
-                other => ConnectError::Transport { camera, what: other.to_string() },
-            }
-        })?;
-        Ok(Link::Up { subscriber, _service: service })
-    }
-
-    fn down(&mut self, error: ConnectError) {
-        let next_attempt_ns = monotonic_now_ns().saturating_add(BETWEEN_ATTEMPTS_NS);
-        self.link = Link::Down { error: Arc::new(error), next_attempt_ns };
     }
 }
 
 impl<M: Message> fmt::Debug for Subscription<M> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.debug_struct("Subscription")
-            .field("camera", &self.camera)
-            .field("connected", &matches!(self.link, Link::Up { .. }))
+            .field("connection", &self.connection)
             .field("tracker", &self.tracker)
-            .finish_non_exhaustive()
+            .finish()
     }
 }

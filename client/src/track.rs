@@ -60,7 +60,8 @@ impl Tracker {
             return arrival;
         }
         if let (Arrival::Next, Some(last)) = (arrival, self.last) {
-            self.counts.lost += sequence - last.sequence - 1;
+            let missing = sequence - last.sequence - 1;
+            self.counts.lost = self.counts.lost.saturating_add(missing);
         }
         self.counts.restarts += u64::from(arrival == Arrival::Restart);
         self.counts.received += 1;

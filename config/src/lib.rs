@@ -30,4 +30,4 @@ pub use explain::{KeyInfo, calibration_keys, explain, explain_calibration, keys}
 pub use kept_world::{KEPT_WORLD_FORMAT, KeptCamera, KeptSource, KeptWorld};
 pub use load::{Loaded, MAX_FILE_BYTES};
 pub use model::Config;
-pub use shipped::{EMBEDDED, STATIC_SCENARIOS};
+pub use shipped::{DEMO, DYNAMIC_SCENARIO, EMBEDDED, STATIC_SCENARIOS};

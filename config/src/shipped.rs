@@ -6,6 +6,9 @@ use crate::model::Config;
 /// carried through a room.
 pub const EMBEDDED: &str = include_str!("../shipped/default.toml");
 
+/// The configuration of `lodestoned demo`, as text: two cameras that see the same room.
+pub const DEMO: &str = include_str!("../shipped/demo.toml");
+
 /// The places of the paper's static table, each a configuration with one synthetic camera: file
 /// name in `config/scenarios` and text, in the paper's order.
 pub const STATIC_SCENARIOS: [(&str, &str); 6] = [
@@ -17,6 +20,11 @@ pub const STATIC_SCENARIOS: [(&str, &str); 6] = [
     ("ev-front.toml", include_str!("../scenarios/ev-front.toml")),
 ];
 
+/// The scenes of the paper's dynamic part, each a synthetic camera of one configuration: file name in
+/// `config/scenarios` and text.
+pub const DYNAMIC_SCENARIO: (&str, &str) =
+    ("dynamic.toml", include_str!("../scenarios/dynamic.toml"));
+
 impl Config {
     /// The configuration that `lodestoned` runs without `--config`: [`EMBEDDED`], checked.
     ///
@@ -24,7 +32,20 @@ impl Config {
     ///
     /// Never in a build whose tests pass: they read the same text.
     pub fn embedded() -> Self {
-        match Self::from_toml("embedded configuration", EMBEDDED) {
+        Self::shipped("embedded configuration", EMBEDDED)
+    }
+
+    /// The configuration of `lodestoned demo`: [`DEMO`], checked.
+    ///
+    /// # Panics
+    ///
+    /// As [`Config::embedded`].
+    pub fn demo() -> Self {
+        Self::shipped("configuration of the demo", DEMO)
+    }
+
+    fn shipped(name: &str, text: &str) -> Self {
+        match Self::from_toml(name, text) {
             Ok(config) => config,
             Err(errors) => unreachable!("{errors}"),
         }

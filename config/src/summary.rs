@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use crate::model::{
-    Camera, Config, DriverKind, Lane, Policy, Realtime, Replay, Rig, Synthetic, Threads, World,
+    Camera, Config, DriverKind, Lane, Policy, Realtime, Replay, Rig, Scene, Synthetic, Threads,
+    World,
 };
 
 impl Config {
@@ -20,6 +21,9 @@ impl Config {
             let _ = writeln!(out, "  {}  {}", self.body[rig.body].name, self.describe_rig(&rig));
         }
         let _ = writeln!(out, "world   {}", describe_world(&self.world));
+        if let Some(scene) = &self.scene {
+            let _ = writeln!(out, "scene   {}", describe_scene(scene));
+        }
         let _ = writeln!(out, "lane    {}", describe_lane(&self.lane));
         let _ = writeln!(out, "threads {}", describe_realtime(&self.realtime));
         let shm = &self.shared_memory;
@@ -59,6 +63,9 @@ fn describe(camera: &Camera) -> String {
     if let Some(start) = camera.start {
         let [x, y, z] = start.position_m;
         parts.push(format!("starts at {x} {y} {z} ± {} m", start.sigma_m));
+    }
+    if let Some(depth) = camera.depth {
+        parts.push(format!("depth {} × {} at {} Hz", depth.width, depth.height, depth.rate_hz));
     }
     if let Some(cut_off_hz) = camera.low_pass_hz {
         parts.push(format!("low-pass {cut_off_hz} Hz"));
@@ -128,6 +135,13 @@ fn describe_world(world: &World) -> String {
         world.longitude_deg,
         world.altitude_m
     )
+}
+
+fn describe_scene(scene: &Scene) -> String {
+    let [length, width, height] = scene.room.size_m;
+    let pieces = scene.boxes.len() + scene.cylinder.len();
+    let moving = if scene.mover.is_some() { ", and something that moves" } else { "" };
+    format!("a room of {length} × {width} × {height} m with {pieces} solids in it{moving}")
 }
 
 fn describe_lane(lane: &Lane) -> String {

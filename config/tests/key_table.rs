@@ -3,10 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use lodestone_config::model::{
-    AxisMap, Camera, CameraModel, Config, Disturbance, DriverKind, Estimator, Fault, FaultKind,
-    HeadingMode, Instrument, Lane, MagneticDistortion, Motor, Mounting, North, Policy, Preset,
-    Realtime, Replay, RigidBody, SensorErrors, SharedMemory, Start, Steel, Synthetic, Threads,
-    TrajectoryKind, Transport, ValidityBounds, World,
+    AxisMap, Camera, CameraModel, Config, Cylinder, Depth, Disturbance, DriverKind, Estimator,
+    Fault, FaultKind, HeadingMode, Instrument, Lane, MagneticDistortion, Motor, Mounting,
+    MoverShape, North, Pattern, Policy, Preset, Realtime, Replay, RigidBody, Scene, SceneBox,
+    SceneMover, SensorErrors, SharedMemory, Start, Steel, Synthetic, Threads, TrajectoryKind,
+    Transport, ValidityBounds, World,
 };
 use lodestone_config::{KeyInfo, explain, keys};
 use serde::de::DeserializeOwned;
@@ -31,6 +32,7 @@ fn full_camera() -> Camera {
         imu_delay_s: 0.004,
         calibration: Some("front.toml".into()),
         synthetic: Some(full_synthetic()),
+        depth: Some(Depth::default()),
         replay: Some(Replay { file: "walk.csv".into(), speed: 1.0, repeat: false }),
         fault: vec![Fault { kind: FaultKind::Drop, at_s: 1.0, duration_s: 2.0 }],
     }
@@ -51,9 +53,15 @@ fn companion(name: &str) -> Camera {
 
 fn full_synthetic() -> Synthetic {
     Synthetic {
-        trajectory: TrajectoryKind::Walk,
+        trajectory: TrajectoryKind::Standing,
         rest_s: 1.0,
         tilt_deg: 5.0,
+        arm_m: 0.3,
+        position_m: Some([1.0, 2.0, 0.0]),
+        heading_deg: Some(0.0),
+        pitch_deg: Some(0.0),
+        roll_deg: Some(0.0),
+        halt_s: 2.0,
         seed: 1,
         speed: 1.0,
         duration_s: 10.0,
@@ -75,6 +83,17 @@ fn full_synthetic() -> Synthetic {
     }
 }
 
+/// A scene with everything in it.
+fn full_scene() -> Scene {
+    let (boxes, cylinder) = (SceneBox::default(), Cylinder::default());
+    Scene {
+        boxes: vec![SceneBox { size_m: [1.0, 0.5, 0.5], ..boxes }],
+        cylinder: vec![Cylinder { radius_m: 0.2, height_m: 1.0, ..cylinder }],
+        mover: Some(SceneMover::default()),
+        ..Scene::default()
+    }
+}
+
 fn full_config() -> Config {
     Config {
         world: World {
@@ -86,6 +105,7 @@ fn full_config() -> Config {
         shared_memory: SharedMemory::default(),
         lane: Lane { step_rate_hz: Some(400.0), ..Lane::default() },
         realtime: Realtime::default(),
+        scene: Some(full_scene()),
         estimator: Estimator { validity: ValidityBounds::default(), ..Estimator::default() },
         body: vec![RigidBody {
             name: "car".into(),
@@ -109,6 +129,7 @@ fn valid_table() -> Table {
 fn replay_table() -> Table {
     let mut config = full_config();
     config.camera[0].synthetic = None;
+    config.camera[0].depth = None;
     config.camera[0].driver = DriverKind::Replay;
     Table::try_from(config).expect("serialises")
 }
@@ -179,8 +200,8 @@ fn every_key_is_accepted_and_comes_back_with_its_value() {
 
 #[test]
 fn required_keys_and_only_those_cannot_be_left_out() {
-    // The rules between keys want these two; the table alone does not.
-    let by_rule = ["camera.serial", "camera.driver"];
+    // The rules between keys want these; the table alone does not.
+    let by_rule = ["camera.serial", "camera.driver", "camera.synthetic.trajectory"];
     for key in keys().into_iter().filter(|key| !by_rule.contains(&key.key.as_str())) {
         let mut table = valid_with(&key);
         let (parent, name) = table_of(&mut table, &key.key);
@@ -237,6 +258,12 @@ fn choices_are_the_words_of_the_enums() {
         ("camera.model", words_of::<CameraModel>()),
         ("camera.synthetic.trajectory", words_of::<TrajectoryKind>()),
         ("camera.fault.kind", words_of::<FaultKind>()),
+        ("scene.room.wall_pattern", words_of::<Pattern>()),
+        ("scene.room.floor_pattern", words_of::<Pattern>()),
+        ("scene.box.pattern", words_of::<Pattern>()),
+        ("scene.cylinder.pattern", words_of::<Pattern>()),
+        ("scene.mover.pattern", words_of::<Pattern>()),
+        ("scene.mover.shape", words_of::<MoverShape>()),
     ]
     .into();
     for key in keys().into_iter().filter(|key| key.allowed.starts_with('"')) {
@@ -264,6 +291,10 @@ fn defaults_are_shown_where_a_file_could_say_them() {
         "camera.lens_position_m",
         "camera.low_pass_hz",
         "camera.serial",
+        "camera.synthetic.heading_deg",
+        "camera.synthetic.pitch_deg",
+        "camera.synthetic.position_m",
+        "camera.synthetic.roll_deg",
         "camera.synthetic.errors.accel_bias_m_s2",
         "camera.synthetic.errors.gyro_bias_rad_s",
         "lane.step_rate_hz",
@@ -289,8 +320,11 @@ fn every_default_may_be_written_in_a_file() {
         parent.insert(name, value);
         match check(&table) {
             Ok(_) => {}
-            // The default driver cannot go with the sections of the others.
-            Err(message) => assert_eq!(key.key, "camera.driver", "{message}"),
+            // The default driver cannot go with the sections of the others, nor a walk with a given tilt.
+            Err(message) => {
+                let by_rule = ["camera.driver", "camera.synthetic.trajectory"];
+                assert!(by_rule.contains(&key.key.as_str()), "{message}");
+            }
         }
     }
 }

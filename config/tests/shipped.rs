@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use lodestone_config::model::{CameraModel, DriverKind, TrajectoryKind};
-use lodestone_config::{Config, EMBEDDED, STATIC_SCENARIOS};
+use lodestone_config::{Config, DYNAMIC_SCENARIO, EMBEDDED, STATIC_SCENARIOS};
 
 fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("shipped").join(name)
@@ -72,7 +72,15 @@ fn the_replay_finds_its_recording_beside_it() {
 #[test]
 fn the_summary_names_cameras_sources_and_rates() {
     let text = Config::embedded().summary();
-    for part in ["2 cameras", "front", "rear", "synthetic walk, seed 1, 401.6 Hz", "397.6 Hz"] {
+    for part in [
+        "2 cameras",
+        "front",
+        "rear",
+        "synthetic walk, seed 1, 401.6 Hz",
+        "397.6 Hz",
+        "depth 400 × 250 at 15 Hz",
+        "6.6 × 7 × 2.6 m with 12 solids",
+    ] {
         assert!(text.contains(part), "{part}\n{text}");
     }
     let text = load("zed2-vehicle.toml").summary();
@@ -89,7 +97,8 @@ fn the_summary_names_cameras_sources_and_rates() {
 fn the_scenarios_are_valid_places_of_one_camera_each() {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
     let files = std::fs::read_dir(&directory).expect("the directory is in the repository");
-    assert_eq!(files.count(), STATIC_SCENARIOS.len(), "a scenario is not embedded");
+    let embedded = STATIC_SCENARIOS.len() + 1;
+    assert_eq!(files.count(), embedded, "a scenario is not embedded");
     let mut names = BTreeSet::new();
     let mut biases = BTreeSet::new();
     for (file, text) in STATIC_SCENARIOS {
@@ -109,6 +118,27 @@ fn the_scenarios_are_valid_places_of_one_camera_each() {
     }
     assert_eq!(names.len(), STATIC_SCENARIOS.len());
     assert_eq!(biases.len(), 1, "it is one camera that is carried from place to place");
+}
+
+#[test]
+fn the_dynamic_scenes_are_one_camera_that_rests_long_enough_and_then_moves_in_its_own_way() {
+    let (file, text) = DYNAMIC_SCENARIO;
+    let config = Config::from_toml(file, text).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!(config, toml::from_str(text).expect("serde agrees"));
+    assert!(config.world.year.is_some(), "the field would change with the day");
+    let scenes = config.camera.iter().map(|c| c.synthetic.as_ref().expect("a synthetic camera"));
+    let scenes: Vec<_> = scenes.collect();
+    let stairs = TrajectoryKind::Stairs;
+    let kinds = [TrajectoryKind::Standing, TrajectoryKind::Walk, stairs, stairs];
+    assert_eq!(scenes.iter().map(|s| s.trajectory).collect::<Vec<_>>(), kinds);
+    assert_eq!(scenes[2].seed, scenes[3].seed, "one walker");
+    assert!(scenes[2].halt_s == 0.0 && scenes[3].halt_s > 0.0);
+    for scene in &scenes {
+        assert!(scene.duration_s - scene.rest_s > 60.0, "the table ends at 60 s of motion");
+        assert_eq!(scene.errors, scenes[0].errors, "one camera");
+        assert_eq!(scene.distortion, scenes[0].distortion, "one camera");
+        assert_eq!(scene.errors.accel_bias_m_s2, None, "biases are drawn for each run");
+    }
 }
 
 #[test]

@@ -19,6 +19,10 @@ pub struct Cli {
     #[arg(long, value_name = "FILTER", global = true)]
     pub log: Option<String>,
 
+    /// End when the process with this number does; for processes that `demo` starts
+    #[arg(long, value_name = "PID", global = true, hide = true)]
+    pub with_parent: Option<i32>,
+
     /// What to do; `run` if nothing is said
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -33,35 +37,132 @@ pub enum Command {
     Check(CheckArgs),
     /// Turn recordings into poses, through the same lane, as fast as it goes
     Replay(ReplayArgs),
-    /// Measure how good it is, in the synthetic world, by the tables of the paper
-    #[command(subcommand)]
-    Evaluate(EvaluateCommand),
+    /// Measure how good it is, in the synthetic world, by the paper's tables and figures
+    ///
+    /// Without `static` or `dynamic` it does both. Into --out go report.html, one self-contained page, and
+    /// report.json with all numbers; both hold what was evaluated and replace what was there.
+    Evaluate(EvaluateArgs),
     /// Find the errors of a camera's sensors while it is turned, or from a recording
     Calibrate(CalibrateArgs),
+    /// Be the depth source of synthetic cameras: publish clouds of what they see of the scene
+    Depth(DepthArgs),
+    /// See the clouds of two cameras fit: daemon, depth sources and a consumer in the synthetic world
+    Demo(DemoArgs),
+    /// The demo's consumer, a process of its own
+    #[command(hide = true)]
+    DemoConsumer(DemoConsumerArgs),
 }
 
-/// What can be evaluated.
-#[derive(Clone, Debug, Subcommand)]
-pub enum EvaluateCommand {
-    /// How much calibration steadies the magnetometer: the paper's six places, or your own
-    Static(StaticArgs),
-}
-
-/// Options of `evaluate static`.
+/// Options of `demo`.
 #[derive(Clone, Debug, Args)]
-pub struct StaticArgs {
-    /// Directory for report.html and report.json
-    #[arg(long, value_name = "DIR", default_value = "evaluation")]
+pub struct DemoArgs {
+    /// Directory for the clouds, the picture, the numbers and the logs; files of an earlier demo are
+    /// overwritten
+    #[arg(long, value_name = "DIR", default_value = "demo")]
     pub out: PathBuf,
 
-    /// Seed of all recordings; the same seed gives the same report
+    /// How long clouds are merged
+    #[arg(long, value_name = "S", default_value = "20", value_parser = duration)]
+    pub duration: Duration,
+
+    /// Seed of noise, biases and survey; another one is another pair of cameras
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
 
     /// Print the numbers as JSON instead of the table
     #[arg(long)]
     pub json: bool,
+}
 
+/// Options of the demo's consumer.
+#[derive(Clone, Debug, Args)]
+pub struct DemoConsumerArgs {
+    /// Directory for its files
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+
+    /// How long clouds are merged
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub duration: Duration,
+
+    /// How long filters settle before that
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub settle: Duration,
+}
+
+/// Options of `evaluate`: those of both parts, or one part with its own.
+#[derive(Clone, Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct EvaluateArgs {
+    /// One part alone.
+    #[command(subcommand)]
+    pub part: Option<EvaluatePart>,
+
+    /// Where the report goes.
+    #[command(flatten)]
+    pub report: ReportArgs,
+
+    /// Options of the static part.
+    #[command(flatten)]
+    pub statics: StaticOptions,
+
+    /// Options of the dynamic part.
+    #[command(flatten)]
+    pub dynamic: DynamicOptions,
+}
+
+/// What can be evaluated alone.
+#[derive(Clone, Debug, Subcommand)]
+pub enum EvaluatePart {
+    /// How much calibration steadies the magnetometer: the paper's six places, or your own
+    Static(StaticArgs),
+    /// How far positions drift and orientations wander: at rest, in motion, on the paper's stairs
+    Dynamic(DynamicArgs),
+}
+
+/// Options of `evaluate static`.
+#[derive(Clone, Debug, Args)]
+pub struct StaticArgs {
+    /// Where the report goes.
+    #[command(flatten)]
+    pub report: ReportArgs,
+
+    /// What is evaluated.
+    #[command(flatten)]
+    pub options: StaticOptions,
+}
+
+/// Options of `evaluate dynamic`.
+#[derive(Clone, Debug, Args)]
+pub struct DynamicArgs {
+    /// Where the report goes.
+    #[command(flatten)]
+    pub report: ReportArgs,
+
+    /// What is evaluated.
+    #[command(flatten)]
+    pub options: DynamicOptions,
+}
+
+/// Options of every evaluation.
+#[derive(Clone, Debug, Args)]
+pub struct ReportArgs {
+    /// Directory for report.html and report.json
+    #[arg(long, value_name = "DIR", default_value = "evaluation")]
+    pub out: PathBuf,
+
+    /// Seed of everything simulated; the same seed gives the same report
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+
+    /// Print the numbers as JSON instead of tables
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What the static part evaluates.
+#[derive(Clone, Debug, Args)]
+pub struct StaticOptions {
     /// How long the first place's camera stands for the Allan deviation
     #[arg(long, value_name = "S", default_value = "3600", value_parser = rest)]
     pub rest: Duration,
@@ -71,9 +172,38 @@ pub struct StaticArgs {
     pub scenario: Vec<PathBuf>,
 }
 
+/// What the dynamic part evaluates.
+#[derive(Clone, Debug, Args)]
+pub struct DynamicOptions {
+    /// Runs of each scene, each with another unit of the camera and another walker
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub runs: u32,
+
+    /// Recording with a truth (columns qw qx qy qz, or px py), .csv or .csv.zst, to score as well;
+    /// repeatable
+    #[arg(long, value_name = "FILE")]
+    pub recording: Vec<PathBuf>,
+
+    /// What carried the recorded sensors
+    #[arg(long, value_enum, value_name = "PRESET", default_value = "carried")]
+    pub preset: PresetArg,
+}
+
 /// Options of `run`.
 #[derive(Clone, Debug, Default, Args)]
 pub struct RunArgs {
+    /// Stop after this many seconds
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub duration: Option<Duration>,
+}
+
+/// Options of `depth`.
+#[derive(Clone, Debug, Args)]
+pub struct DepthArgs {
+    /// Synthetic camera of the configuration; repeatable
+    #[arg(long, value_name = "NAME", required = true)]
+    pub camera: Vec<String>,
+
     /// Stop after this many seconds
     #[arg(long, value_name = "S", value_parser = duration)]
     pub duration: Option<Duration>,
@@ -251,7 +381,12 @@ mod tests {
             "lodestoned replay a.csv",
             "lodestoned replay a.csv --out d --preset hand",
             "lodestoned replay a.csv --out d --frame flu",
-            "lodestoned evaluate",
+            "lodestoned evaluate --rest 0.5",
+            "lodestoned evaluate thermal",
+            "lodestoned evaluate dynamic --runs 0",
+            "lodestoned evaluate dynamic --runs 1001",
+            "lodestoned evaluate dynamic --rest 20",
+            "lodestoned evaluate static --runs 3",
             "lodestoned evaluate static --rest 0.5",
             "lodestoned evaluate static --rest 1e6",
             "lodestoned evaluate static --seed -1",
@@ -262,6 +397,9 @@ mod tests {
             "lodestoned calibrate a.csv --serial 9223372036854775808",
             "lodestoned calibrate --camera 7 --sigma 0",
             "lodestoned calibrate --camera 7 --sigma nan",
+            "lodestoned depth",
+            "lodestoned depth --camera",
+            "lodestoned depth --camera front --duration 0",
             "lodestoned fly",
         ] {
             assert_eq!(parse(line).unwrap_err().exit_code(), 2, "{line}");

@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::DVec3;
 use lodestone_config::model::{Camera, DriverKind};
 use lodestone_fusion::SensorTime;
 use lodestone_schema::{Pose, Status, Validity};
@@ -13,7 +12,7 @@ use crate::driver::Driver;
 use crate::driver::faulty::FaultyDriver;
 use crate::driver::host_clock::OnHostClock;
 use crate::driver::replay::{ReplayDriver, ReplayError};
-use crate::driver::synthetic::{SyntheticDriver, SyntheticError, TruthSource};
+use crate::driver::synthetic::{SyntheticDriver, SyntheticError, Truth, TruthSource};
 use crate::driver::zed2::Zed2;
 use crate::driver::zed2::discovery::OpenError;
 use crate::publisher::blank_pose;
@@ -92,7 +91,6 @@ fn synthetic(context: &LaneContext, camera: &Camera) -> Result<Source, Synthetic
     let truth = BesideTheLane {
         truth: driver.truth_source(),
         board: Arc::clone(&context.board),
-        start_m: camera.start.map_or(DVec3::ZERO, |start| start.position_m.into()),
         camera_id: context.camera as u32,
         sequence: 0,
         last: SensorTime::from_nanos(0),
@@ -120,9 +118,6 @@ fn with_faults(source: Source, camera: &Camera) -> Source {
 struct BesideTheLane {
     truth: TruthSource,
     board: Arc<LaneBoard>,
-    /// Where in the world its simulated way begins; the first camera's, and that of one of which nobody
-    /// has said it, begins in an origin of its own.
-    start_m: DVec3,
     camera_id: u32,
     sequence: u64,
     last: SensorTime,
@@ -137,34 +132,41 @@ impl TruthProvider for BesideTheLane {
         }
         self.last = time;
         let truth = self.truth.truth_at(time);
-        let known = Validity::TILT
-            | Validity::HEADING
-            | Validity::VELOCITY
-            | Validity::POSITION
-            | Validity::ANGULAR_RATE
-            | Validity::SPECIFIC_FORCE
-            | Validity::TIME;
         let pose = Pose {
             sequence: self.sequence,
             camera_id: self.camera_id,
-            status: Status::INITIALISED.bits(),
-            validity: known.bits(),
             sensor_time_ns: latest.sensor_time_ns,
             time_ns: latest.time_ns,
             arrival_time_ns: latest.time_ns,
             step_start_time_ns: latest.time_ns,
             step_end_time_ns: latest.time_ns,
-            position_m: (self.start_m + truth.position_m).into(),
-            velocity_m_s: truth.velocity_m_s.into(),
-            orientation: truth.orientation.quaternion().to_array(),
-            angular_rate_rad_s: truth.angular_rate_rad_s.into(),
-            specific_force_m_s2: truth.specific_force.vector.into(),
-            position_covariance_m2: [0.0; 6],
-            velocity_covariance_m2_s2: [0.0; 6],
-            orientation_covariance_rad2: [0.0; 6],
-            ..blank_pose()
+            ..truth_message(&truth)
         };
         self.sequence += 1;
         Some(pose)
+    }
+}
+
+/// The message that holds a truth, without its time.
+pub(crate) fn truth_message(truth: &Truth) -> Pose {
+    let known = Validity::TILT
+        | Validity::HEADING
+        | Validity::VELOCITY
+        | Validity::POSITION
+        | Validity::ANGULAR_RATE
+        | Validity::SPECIFIC_FORCE
+        | Validity::TIME;
+    Pose {
+        status: Status::INITIALISED.bits(),
+        validity: known.bits(),
+        position_m: truth.position_m.into(),
+        velocity_m_s: truth.velocity_m_s.into(),
+        orientation: truth.orientation.quaternion().to_array(),
+        angular_rate_rad_s: truth.angular_rate_rad_s.into(),
+        specific_force_m_s2: truth.specific_force.vector.into(),
+        position_covariance_m2: [0.0; 6],
+        velocity_covariance_m2_s2: [0.0; 6],
+        orientation_covariance_rad2: [0.0; 6],
+        ..blank_pose()
     }
 }

@@ -51,8 +51,14 @@ pub struct Aiding {
     pub kind: u8,
     /// Code of [`AidingOrigin`].
     pub origin: u8,
+    /// Index of the camera against which a pose was measured, plus one; 0 for none.
+    ///
+    /// Position and orientation are then in the world by that camera's pose as it was published for
+    /// `time_ns`, and both covariances are those of the measurement against it alone. The daemon takes the
+    /// pose over, and puts the other camera's own covariance on top.
+    pub anchor: u16,
     /// Zero.
-    pub reserved: [u8; 6],
+    pub reserved: [u8; 4],
     /// Time of validity on `CLOCK_MONOTONIC`, ns.
     pub time_ns: i64,
     /// The measured value; which entries count and their unit follow from `kind`, others are `NaN`.
@@ -75,7 +81,8 @@ assert_layout!(
     world_epoch = 12,
     kind = 16,
     origin = 17,
-    reserved = 18,
+    anchor = 18,
+    reserved = 20,
     time_ns = 24,
     value = 32,
     orientation = 56,

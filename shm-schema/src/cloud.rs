@@ -104,3 +104,10 @@ pub struct CloudPoint {
 }
 
 assert_layout!(CloudPoint, align = 4, size = 20, position_m = 0, time_offset_ns = 12, colour = 16,);
+
+impl Default for CloudPoint {
+    /// A point without depth; the transport fills a fresh cloud with it.
+    fn default() -> Self {
+        Self { position_m: [f32::NAN; 3], time_offset_ns: 0, colour: [0; 4] }
+    }
+}

@@ -145,6 +145,8 @@ code! {
         GyroscopeHeld = 2,
         /// Only the initial alignment used the magnetometer.
         InitialOnly = 3,
+        /// A pose from the aiding service gave it; no magnetometer ever did.
+        AidingPose = 4,
     }
 }
 

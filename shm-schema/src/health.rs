@@ -58,6 +58,49 @@ impl AlignmentWait {
     }
 }
 
+code! {
+    /// Why the last measurement against another camera, its anchor, was not used.
+    AnchorRefusal {
+        /// It was used, or there was none.
+        None = 0,
+        /// There is no camera of that index.
+        Unknown = 1,
+        /// It is the camera itself.
+        Itself = 2,
+        /// The anchor publishes no pose.
+        Silent = 3,
+        /// The anchor is in another world, or the world is not fixed yet.
+        OtherWorld = 4,
+        /// The anchor's heading or position is not known.
+        NotKnown = 5,
+        /// The anchor was itself measured against this camera, directly or through others.
+        Loop = 6,
+        /// The camera is one of a rig's.
+        OfRig = 7,
+        /// Only a pose can be measured against a camera.
+        NoPose = 8,
+    }
+}
+
+impl AnchorRefusal {
+    /// What a person should know or do.
+    pub const fn advice(self) -> &'static str {
+        match self {
+            Self::None => "",
+            Self::Unknown => "there is no camera of the index that is named as anchor",
+            Self::Itself => "a camera is no anchor of its own",
+            Self::Silent => "the anchor publishes no pose",
+            Self::OtherWorld => "the anchor is in another world, or the world is not fixed yet",
+            Self::NotKnown => "the anchor's heading or position is not known",
+            Self::Loop => {
+                "the anchor was itself measured against this camera: let one of the two be the anchor"
+            }
+            Self::OfRig => "the camera is one of a rig's, whose place on it is configured",
+            Self::NoPose => "only a pose can be measured against a camera",
+        }
+    }
+}
+
 /// State and counters of one lane, published about once a second by the housekeeping thread.
 ///
 /// Counters start at 0 with the daemon and never decrease.
@@ -97,8 +140,8 @@ pub struct Health {
     pub aids_refused: u8,
     /// Cameras that a rigid body carries; 0 for a camera of its own.
     pub member_count: u8,
-    /// Bits of [`crate::RealTimeFlags`]: what the configuration asks for and the system refused.
-    pub real_time_refused: u8,
+    /// Code of [`AnchorRefusal`].
+    pub anchor_refusal: u8,
     /// Epoch of the world of the latest pose; 0 while there is none.
     pub world_epoch: u32,
     /// Samples per second over the last interval; `NaN` before the first.
@@ -146,7 +189,11 @@ pub struct Health {
     /// Aiding measurements that make no sense: not finite, unknown code, of the future.
     pub aiding_invalid: u64,
     /// One bit for each member of a rigid body in use, the first in bit 0; 0 for a camera of its own.
-    pub members_in_use: u64,
+    pub members_in_use: u32,
+    /// Bits of [`crate::RealTimeFlags`]: what the configuration asks for and the system refused.
+    pub real_time_refused: u8,
+    /// Zero.
+    pub reserved: [u8; 3],
     /// Delay of the low-pass, which the pose has made up for, s; 0 without one, `NaN` when unknown.
     pub group_delay_s: f64,
 }
@@ -170,7 +217,7 @@ assert_layout!(
     aids_used = 56,
     aids_refused = 57,
     member_count = 58,
-    real_time_refused = 59,
+    anchor_refusal = 59,
     world_epoch = 60,
     sample_rate_hz = 64,
     pose_rate_hz = 72,
@@ -195,5 +242,7 @@ assert_layout!(
     aiding_refused = 224,
     aiding_invalid = 232,
     members_in_use = 240,
+    real_time_refused = 244,
+    reserved = 245,
     group_delay_s = 248,
 );

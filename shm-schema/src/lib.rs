@@ -41,7 +41,7 @@ pub use flags::{
     AidFlags, DistanceSource, HeadingSource, PositionSource, RealTimeFlags, SampleFlags, Status,
     Validity,
 };
-pub use health::{AlignmentWait, Health, LaneState};
+pub use health::{AlignmentWait, AnchorRefusal, Health, LaneState};
 pub use name::{NAME_BYTES, name_of, to_name};
 pub use pose::Pose;
 pub use relative::Relative;

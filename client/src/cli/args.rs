@@ -57,6 +57,8 @@ pub(super) enum Command {
     Echo(EchoArgs),
     /// Where a camera was at a time: interpolated, or predicted for at most 50 ms.
     Lookup(LookupArgs),
+    /// Merges the clouds of cameras into one file, live.
+    Merge(MergeArgs),
     /// The world that all cameras share, or a new one.
     World(WorldArgs),
     /// Each camera as the others have it: relative orientation and distance, once.
@@ -135,6 +137,69 @@ pub(super) struct LookupArgs {
     /// So long before now, as decimal seconds.
     #[arg(long, value_name = "SECONDS", value_parser = duration, conflicts_with = "time")]
     pub(super) ago: Option<Duration>,
+}
+
+/// Each point is placed by the pose at its own time and gathered with its neighbours in voxels; the file
+/// holds the mean of each voxel, with its colour and how many points it is the mean of. Ends after the
+/// duration or with ctrl-c, and writes the file either way.
+#[derive(Debug, clap::Args)]
+pub(super) struct MergeArgs {
+    /// The cameras; all that have clouds if left out.
+    #[arg(value_name = "CAMERA")]
+    pub(super) cameras: Vec<String>,
+    /// The file, binary PLY.
+    #[arg(long, value_name = "FILE", default_value = "merged.ply")]
+    pub(super) out: PathBuf,
+    /// A second file, binary PCD.
+    #[arg(long, value_name = "FILE")]
+    pub(super) pcd: Option<PathBuf>,
+    /// Stop after this long [default: with ctrl-c]
+    #[arg(long, value_name = "SECONDS", value_parser = duration)]
+    pub(super) duration: Option<Duration>,
+    /// Edge of a voxel, m.
+    #[arg(long, value_name = "M", default_value_t = 0.05)]
+    pub(super) voxel_m: f64,
+    /// Voxels kept at most, at 80 bytes each; those not seen for longest go.
+    #[arg(long, value_name = "N", default_value_t = 2_000_000)]
+    pub(super) max_voxels: usize,
+    /// Leave out points nearer to the camera, m.
+    #[arg(long, value_name = "M", default_value_t = 0.1)]
+    pub(super) min_range_m: f32,
+    /// Leave out points farther from the camera, m.
+    #[arg(long, value_name = "M", default_value_t = 40.0)]
+    pub(super) max_range_m: f32,
+    /// Leave out of the file voxels with fewer points.
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    pub(super) min_points: u32,
+    /// Leave out of the file voxels seen in fewer clouds, as what moves leaves behind; 1 keeps all.
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    pub(super) min_clouds: u32,
+    #[arg(long, help = POSES_HELP, value_name = "CLOUDS=POSES", value_parser = pose_choice)]
+    pub(super) poses: Vec<PoseChoice>,
+    /// Place by the true poses of synthetic cameras, to compare with.
+    #[arg(long)]
+    pub(super) truth: bool,
+    /// Place all points of a cloud by one pose, to compare with.
+    #[arg(long)]
+    pub(super) no_compensation: bool,
+}
+
+const POSES_HELP: &str = "Place the clouds of one camera by the poses of another on the same body, such as front=front_gyro; may be repeated";
+
+/// By whose poses a camera's clouds are placed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct PoseChoice {
+    pub(super) clouds: String,
+    pub(super) poses: String,
+}
+
+fn pose_choice(text: &str) -> Result<PoseChoice, String> {
+    match text.split_once('=') {
+        Some((clouds, poses)) if !clouds.is_empty() && !poses.is_empty() => {
+            Ok(PoseChoice { clouds: clouds.into(), poses: poses.into() })
+        }
+        _ => Err("allowed: two cameras, such as front=front_gyro".into()),
+    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

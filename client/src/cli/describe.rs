@@ -47,6 +47,10 @@ pub(super) fn problems(health: Option<&LaneHealth>, status: Status) -> Vec<Strin
     let mut found: Vec<String> = set.map(|(_, words)| (*words).to_owned()).collect();
     found.extend(health.and_then(state_problem).map(str::to_owned));
     found.extend(health.map(refused).unwrap_or_default());
+    let refusal = health.and_then(LaneHealth::anchor_refusal);
+    found.extend(
+        refusal.map(|why| format!("aiding against another camera refused: {}", why.advice())),
+    );
     found.extend(health.map(counted).unwrap_or_default());
     found
 }

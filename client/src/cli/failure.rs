@@ -3,7 +3,9 @@
 use std::io;
 use std::process::ExitCode;
 
-use lodestone_client::{CameraNameError, ConnectError, DomainError, LookupError, StreamError};
+use lodestone_client::{
+    CameraNameError, ConnectError, DomainError, ExportError, LookupError, MergeError, StreamError,
+};
 
 /// Why a command ends without what was asked for.
 #[derive(Debug, thiserror::Error)]
@@ -56,6 +58,18 @@ impl From<DomainError> for Failure {
 impl From<CameraNameError> for Failure {
     fn from(error: CameraNameError) -> Self {
         Self::Usage(format!("--camera: {error}"))
+    }
+}
+
+impl From<MergeError> for Failure {
+    fn from(error: MergeError) -> Self {
+        Self::Usage(error.to_string())
+    }
+}
+
+impl From<ExportError> for Failure {
+    fn from(error: ExportError) -> Self {
+        Self::Other(error.to_string())
     }
 }
 

@@ -7,6 +7,7 @@ mod echo;
 mod failure;
 mod json;
 mod lookup;
+mod merge;
 mod output;
 mod relative;
 mod report;
@@ -51,6 +52,7 @@ fn command(args: &Args) -> Result<(), Failure> {
         Command::Watch(chosen) => watch::run(&session, chosen),
         Command::Echo(chosen) => echo::run(&session, chosen),
         Command::Lookup(chosen) => lookup::run(&session, chosen),
+        Command::Merge(chosen) => merge::run(&session, chosen),
         Command::World(chosen) => world::run(&session, chosen),
         Command::Relative(chosen) => relative::run(&session, chosen),
         Command::Transforms => transforms::run(&session),

@@ -87,12 +87,17 @@ impl RelativeLine {
     fn turned(&self) -> String {
         match self.orientation_xyzw {
             None => "turned by an unknown angle".into(),
-            Some(quaternion) => format!(
-                "turned by {}° ± {}°, {} xyzw",
-                or_dash(self.angle_deg, 1.0, 1),
-                or_dash(self.orientation_sigma_deg, 1.0, 1),
-                numbers(Some(&quaternion), 4)
-            ),
+            Some(quaternion) => {
+                // Cameras whose clouds were registered know it to hundredths of a degree.
+                let is_close = self.orientation_sigma_deg.is_some_and(|sigma| sigma < 0.2);
+                let decimals = if is_close { 3 } else { 1 };
+                format!(
+                    "turned by {}° ± {}°, {} xyzw",
+                    or_dash(self.angle_deg, 1.0, decimals),
+                    or_dash(self.orientation_sigma_deg, 1.0, decimals),
+                    numbers(Some(&quaternion), 4)
+                )
+            }
         }
     }
 

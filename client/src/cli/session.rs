@@ -36,6 +36,40 @@ impl Session {
         self.until_found(|| self.cameras_now())
     }
 
+    /// The cameras that have clouds, waited for as long as the user allows; those asked for, or all.
+    pub(super) fn cameras_with_clouds(&self, asked: &[String]) -> Result<Vec<String>, Failure> {
+        for camera in asked {
+            // A wrong name is wrong usage, whatever runs.
+            self.client.clouds(camera)?;
+        }
+        self.until_found(|| {
+            let there = self.clouds_now()?;
+            match asked.iter().find(|camera| !there.contains(camera)) {
+                Some(missing) => Err(Failure::Other(format!(
+                    "no clouds of camera {missing:?}; there are those of: {}",
+                    there.join(", ")
+                ))),
+                None if asked.is_empty() => Ok(there),
+                None => Ok(asked.to_vec()),
+            }
+        })
+    }
+
+    /// The cameras with clouds at this moment; never an empty list.
+    fn clouds_now(&self) -> Result<Vec<String>, Failure> {
+        let found = self.client.cameras_with_clouds()?;
+        let ours = found.into_iter().filter(|f| f.version == SCHEMA_VERSION).map(|f| f.camera);
+        let ours: Vec<String> = ours.filter(|camera| self.client.clouds(camera).is_ok()).collect();
+        let domain = self.client.domain();
+        if ours.is_empty() {
+            return Err(Failure::Other(format!(
+                "no camera has clouds in domain prefix {:?}, root {:?}: start a depth source (lodestoned depth --camera NAME, or your own)",
+                domain.prefix, domain.root
+            )));
+        }
+        Ok(ours)
+    }
+
     /// The camera asked for, or the only one there is.
     pub(super) fn camera(&self, asked: Option<&str>) -> Result<String, Failure> {
         let Some(asked) = asked else { return self.only_camera() };

@@ -23,11 +23,7 @@ const TITLES: [&str; 10] = [
 pub(super) fn lines(reports: &[Report]) -> Vec<String> {
     let mut rows = vec![TITLES.map(str::to_owned)];
     rows.extend(reports.iter().map(cells));
-    let width = |column: usize| {
-        rows.iter().map(|row| row[column].chars().count()).max().unwrap_or_default()
-    };
-    let widths: [usize; TITLES.len()] = core::array::from_fn(width);
-    let mut lines: Vec<String> = rows.iter().map(|row| padded(row, &widths)).collect();
+    let mut lines = aligned(&rows);
     for report in reports {
         lines.extend(report.problems.iter().map(|p| format!("  ! {}: {p}", report.camera)));
     }
@@ -63,7 +59,16 @@ fn cells(r: &Report) -> [String; TITLES.len()] {
     ]
 }
 
-fn padded(row: &[String; TITLES.len()], widths: &[usize; TITLES.len()]) -> String {
+/// Rows as lines, columns as wide as their content.
+pub(super) fn aligned<const N: usize>(rows: &[[String; N]]) -> Vec<String> {
+    let width = |column: usize| {
+        rows.iter().map(|row| row[column].chars().count()).max().unwrap_or_default()
+    };
+    let widths: [usize; N] = core::array::from_fn(width);
+    rows.iter().map(|row| padded(row, &widths)).collect()
+}
+
+fn padded<const N: usize>(row: &[String; N], widths: &[usize; N]) -> String {
     let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}"));
     cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
 }

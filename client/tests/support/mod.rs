@@ -2,6 +2,7 @@
 #![allow(dead_code, clippy::cast_possible_wrap, reason = "each test file uses a part of it")]
 
 pub(crate) mod publisher;
+pub(crate) mod scanner;
 
 use std::env;
 use std::fs;

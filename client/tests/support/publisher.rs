@@ -247,7 +247,7 @@ fn health(poses: u64) -> Health {
         aids_used: 0,
         aids_refused: 0,
         member_count: 0,
-        reserved: 0,
+        anchor_refusal: 0,
         world_epoch: 1,
         sample_rate_hz: 400.0,
         pose_rate_hz: 400.0,
@@ -272,6 +272,8 @@ fn health(poses: u64) -> Health {
         aiding_refused: 0,
         aiding_invalid: 0,
         members_in_use: 0,
+        real_time_refused: 0,
+        reserved: [0; 3],
         group_delay_s: 0.0,
     }
 }

@@ -2,6 +2,7 @@
 
 mod report;
 mod rules;
+mod scene;
 mod walk;
 
 use serde::de::DeserializeOwned;

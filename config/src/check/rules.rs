@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::report::Report;
-use crate::model::{Camera, Config, DriverKind, Lane, Rig, RigidBody, SharedMemory};
+use super::scene;
+use crate::model::{Camera, Config, DriverKind, Lane, Rig, RigidBody, SharedMemory, Synthetic};
 
 /// Most poses in the pool of one camera's service: about 120 MB of shared memory.
 const MAX_POOL: usize = 262_144;
@@ -24,6 +25,7 @@ pub(crate) fn check(config: &Config, report: &mut Report) {
         events_before_end(camera, &place, report);
         low_pass_below_half_rate(camera, &place, report);
     }
+    scene::check(config, report);
 }
 
 fn some_camera(config: &Config, report: &mut Report) {
@@ -100,23 +102,33 @@ fn one_motion(config: &Config, rig: &Rig, report: &mut Report) {
     let motion = |index: usize| {
         let camera = &config.camera[index];
         let synthetic = camera.synthetic.clone().unwrap_or_default();
-        let s = synthetic;
-        (camera.driver == DriverKind::Synthetic).then_some((s.trajectory, s.rest_s, s.tilt_deg))
+        (camera.driver == DriverKind::Synthetic).then_some(synthetic)
     };
     let first = rig.members[0];
     for &index in &rig.members[1..] {
         let (Some(own), Some(leader)) = (motion(index), motion(first)) else { continue };
-        if own != leader {
+        if !moves_alike(&own, &leader) {
             let place = format!("camera[{index}].synthetic");
             let other = format!("camera[{first}].synthetic");
             let problem = format!(
                 "moves unlike the camera in line {} on the same body",
                 report.line(&format!("camera[{first}].name"))
             );
-            let allowed = "the same trajectory, rest_s and tilt_deg";
+            let allowed = "the same trajectory, rest_s, tilt_deg, arm_m and halt_s; position_m and heading_deg \
+                           the same, or none";
             report.conflict(&place, &[&other], problem, allowed);
         }
     }
+}
+
+/// Where and whither the motion begins need not be said again.
+fn moves_alike(own: &Synthetic, leader: &Synthetic) -> bool {
+    let kind = |s: &Synthetic| (s.trajectory, s.rest_s, s.tilt_deg, s.arm_m, s.halt_s);
+    let begins_alike = own.position_m.is_none_or(|place| leader.position_m == Some(place))
+        && own.heading_deg.is_none_or(|heading| leader.heading_deg == Some(heading))
+        && own.pitch_deg.is_none_or(|pitch| leader.pitch_deg == Some(pitch))
+        && own.roll_deg.is_none_or(|roll| leader.roll_deg == Some(roll));
+    kind(own) == kind(leader) && begins_alike
 }
 
 fn unique_body_names(bodies: &[RigidBody], report: &mut Report) {

@@ -211,6 +211,49 @@ pub(super) const SYNTHETIC: &[Key] = &[
          refused; streets have up to 7°, ramps up to 9°.",
     ),
     key(
+        "arm_m",
+        Number(from_to(0.0, 10.0)),
+        "m",
+        "How far from the axis the camera is held in trajectories \"turns\" and \"tumble\". Long: \
+         what presses it outward passes for a bias of the accelerometer.",
+    ),
+    key(
+        "position_m",
+        Vector(plus_minus(1e4)),
+        "m",
+        "Where it truly begins in the world (east, north, up), or the body that it rides on; at \
+         camera.start if absent, else at the origin. The daemon does not know it: that is camera.start. \
+         The first camera begins at the origin.",
+    ),
+    key(
+        "heading_deg",
+        Number(plus_minus(360.0)),
+        "°",
+        "Which way it looks when it begins, clockwise from the world's y axis; its way turns along. \
+         Drawn from the seed if absent.",
+    ),
+    key(
+        "pitch_deg",
+        Number(plus_minus(89.0)),
+        "°",
+        "Pitch of a camera with trajectory \"standing\", nose down positive; some degrees, drawn from \
+         the seed, if absent.",
+    ),
+    key(
+        "roll_deg",
+        Number(plus_minus(180.0)),
+        "°",
+        "Roll of a camera with trajectory \"standing\", right side down positive; some degrees, drawn \
+         from the seed, if absent.",
+    ),
+    key(
+        "halt_s",
+        Number(from_to(0.0, 3600.0)),
+        "s",
+        "How long the walker on trajectory \"stairs\" halts on each landing between two flights; 0 walks \
+         on. The filter learns its velocity anew at each halt of a second or so.",
+    ),
+    key(
         "seed",
         Whole(0, i64::MAX),
         "",

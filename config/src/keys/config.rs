@@ -6,8 +6,10 @@ use super::camera::{
     CAMERA, DISTORTION, DISTURBANCE, ERRORS, FAULT, INSTRUMENT, MOTOR, MOUNTING, NOISE, REPLAY,
     START, SYNTHETIC, TRANSPORT,
 };
+use super::depth::DEPTH;
 use super::range::{above_zero_to, from_to, plus_minus};
 use super::realtime::REALTIME;
+use super::scene::{BOX, CYLINDER, MOVER, ROOM};
 use super::text::Text::{Directory, Prefix, WorldFile};
 use super::{Key, Schema, Section, Shape, key};
 
@@ -59,6 +61,34 @@ pub(crate) static CONFIG: Schema = Schema {
             meaning: "Bounds of standard deviations: a value above its bound is published without \
                       its validity flag.",
             keys: VALIDITY,
+        },
+        Section { path: "scene", shape: Shape::Optional, meaning: "", keys: &[] },
+        Section {
+            path: "scene.room",
+            shape: Shape::Table,
+            meaning: "The room that depth sources of synthetic cameras see (lodestoned depth), from inside. \
+                      Places in the scene are in the world, x east, y north, z up, with its origin where \
+                      the first camera begins. Without any table that begins with scene there is none.",
+            keys: ROOM,
+        },
+        Section {
+            path: "scene.box",
+            shape: Shape::List,
+            meaning: "A piece of furniture with flat sides, inside the room.",
+            keys: BOX,
+        },
+        Section {
+            path: "scene.cylinder",
+            shape: Shape::List,
+            meaning: "An upright cylinder inside the room: a column, a bin.",
+            keys: CYLINDER,
+        },
+        Section {
+            path: "scene.mover",
+            shape: Shape::Optional,
+            meaning: "Something that moves round an ellipse in the room; where it is depends on \
+                      CLOCK_MONOTONIC alone, so that all depth sources see it in one place.",
+            keys: MOVER,
         },
         Section {
             path: "body",
@@ -139,6 +169,13 @@ pub(crate) static CONFIG: Schema = Schema {
             keys: TRANSPORT,
         },
         Section {
+            path: "camera.depth",
+            shape: Shape::Optional,
+            meaning: "The depth source of a camera with driver \"synthetic\": what lodestoned depth \
+                      publishes. Without it the defaults hold.",
+            keys: DEPTH,
+        },
+        Section {
             path: "camera.replay",
             shape: Shape::Optional,
             meaning: "The recording of a camera with driver \"replay\".",
@@ -212,7 +249,8 @@ const STEEL: &[Key] = &[
         "position_m",
         Vector(plus_minus(10_000.0)),
         "m",
-        "Where it stands in the world; simulated cameras and bodies begin at the origin.",
+        "Where it stands in the world; where simulated cameras and bodies begin says \
+         camera.synthetic.position_m.",
     )
     .required(),
     key(

@@ -6,12 +6,14 @@ mod calibration;
 mod camera;
 mod config;
 mod covariance;
+mod depth;
 mod kept_world;
 mod kind;
 mod matrix;
 mod number;
 mod range;
 mod realtime;
+mod scene;
 mod text;
 
 pub(crate) use calibration::CALIBRATION;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Synthetic;
+use super::{Depth, Synthetic};
 
 /// Where a camera's samples come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -66,6 +66,8 @@ pub struct Camera {
     pub calibration: Option<String>,
     /// Settings of the `synthetic` driver.
     pub synthetic: Option<Synthetic>,
+    /// The depth source of a camera with the `synthetic` driver; as [`Depth::default`] if absent.
+    pub depth: Option<Depth>,
     /// Settings of the `replay` driver.
     pub replay: Option<Replay>,
     /// Faults to inject between driver and ring, for tests of what depends on this daemon.
@@ -91,6 +93,7 @@ impl Default for Camera {
             imu_delay_s: IMU_DELAY_S,
             calibration: None,
             synthetic: None,
+            depth: None,
             replay: None,
             fault: Vec::new(),
         }

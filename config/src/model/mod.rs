@@ -6,9 +6,11 @@
 
 mod body;
 mod camera;
+mod depth;
 mod estimator;
 mod lane;
 mod realtime;
+mod scene;
 mod synthetic;
 
 pub use body::RigidBody;
@@ -16,9 +18,11 @@ pub use camera::{
     AxisMap, Camera, CameraModel, DriverKind, Fault, FaultKind, Mounting, Noise, Replay,
     SignedAxis, Start,
 };
+pub use depth::Depth;
 pub use estimator::{Estimator, HeadingMode, Preset, ValidityBounds};
 pub use lane::{Lane, SharedMemory, Threads};
 pub use realtime::{Policy, Realtime};
+pub use scene::{Cylinder, MoverShape, Pattern, Room, Scene, SceneBox, SceneMover};
 pub use synthetic::{
     Disturbance, Instrument, MagneticDistortion, Motor, SensorErrors, Synthetic, TrajectoryKind,
     Transport,
@@ -40,6 +44,8 @@ pub struct Config {
     pub realtime: Realtime,
     /// The filter, one set of parameters for all cameras.
     pub estimator: Estimator,
+    /// What synthetic cameras see; none if absent.
+    pub scene: Option<Scene>,
     /// Rigid bodies that carry cameras.
     pub body: Vec<RigidBody>,
     /// The cameras, at least one.

@@ -35,6 +35,19 @@ pub struct Synthetic {
     pub rest_s: f64,
     /// Slope of the ground under trajectory `circles`, degrees.
     pub tilt_deg: f64,
+    /// How far from the axis the camera is held in trajectories `turns` and `tumble`, m.
+    pub arm_m: f64,
+    /// Where the camera, or the body that it rides on, truly begins in the world, m; at
+    /// [`super::Camera::start`] if absent, else at the origin.
+    pub position_m: Option<[f64; 3]>,
+    /// Which way it looks when it begins, clockwise from the world's y axis, degrees; drawn if absent.
+    pub heading_deg: Option<f64>,
+    /// Pitch of trajectory `standing`, nose down positive, degrees; drawn if absent.
+    pub pitch_deg: Option<f64>,
+    /// Roll of trajectory `standing`, right side down positive, degrees; drawn if absent.
+    pub roll_deg: Option<f64>,
+    /// How long the walker on trajectory `stairs` halts on each landing between two flights, s.
+    pub halt_s: f64,
     /// Seed of everything random; the same seed gives the same samples.
     pub seed: u64,
     /// 1 is real speed; 0 as fast as it goes.
@@ -62,6 +75,12 @@ impl Default for Synthetic {
             trajectory: TrajectoryKind::default(),
             rest_s: 3.0,
             tilt_deg: 5.0,
+            arm_m: 0.3,
+            position_m: None,
+            heading_deg: None,
+            pitch_deg: None,
+            roll_deg: None,
+            halt_s: 0.0,
             seed: 0,
             speed: 1.0,
             duration_s: 0.0,

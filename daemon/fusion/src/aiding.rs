@@ -1,6 +1,6 @@
 //! Measurements by others: what they say, when they are believed, what became of them.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 
 use crate::aid_status::{AidKind, AidLedger};
 use crate::covariance::{Block, ORIENTATION, POSITION, VELOCITY};
@@ -8,14 +8,18 @@ use crate::history::{History, Past, Surroundings};
 use crate::parameters::{Parameters, VehicleParameters};
 use crate::state::State;
 use crate::time::SensorTime;
+use crate::update::anchored::{AnchoredPose, Seen, by_anchor};
 use crate::update::vector::{GATE, Whitened};
-use crate::update::{fix, non_holonomic, speed};
+use crate::update::{UNKNOWN_HEADING, fix, non_holonomic, speed};
 
 mod gate;
 mod measurement;
 
 use gate::{Gate, Verdict};
-pub use measurement::{Aid, Measurement};
+pub use measurement::{Aid, Anchor, Measurement};
+
+/// Variance of a heading that was just found, before the pose that gave it counts, rad².
+const HARDLY_KNOWN: f64 = 0.9 * UNKNOWN_HEADING;
 
 /// Why a measurement was not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -52,6 +56,15 @@ pub struct AidReport {
     pub nis: Option<f64>,
     /// It was refused for long and is believed after all: the position jumped, or may have.
     pub position_jumped: bool,
+    /// It gave a heading where none was known: earlier poses do not compare.
+    pub heading_found: bool,
+}
+
+impl AidReport {
+    /// Nothing came of it yet.
+    pub(crate) const fn of(kind: AidKind) -> Self {
+        Self { kind, refusal: None, nis: None, position_jumped: false, heading_found: false }
+    }
 }
 
 /// A measurement against the state, ready to be judged.
@@ -68,10 +81,67 @@ impl<const N: usize> Candidate<N> {
     }
 
     fn apply(&self, state: &mut State, verdict: Verdict) {
-        if verdict == Verdict::Reopen && self.nis(state) > GATE[N - 1] {
-            state.covariance.add_variances(self.doubt.0, DVec3::splat(self.doubt.1));
+        if verdict == Verdict::Reopen {
+            self.doubt(state);
         }
         self.measured.apply(state, 1.0);
+    }
+
+    fn doubt(&self, state: &mut State) {
+        if self.nis(state) > GATE[N - 1] {
+            state.covariance.add_variances(self.doubt.0, DVec3::splat(self.doubt.1));
+        }
+    }
+}
+
+/// A pose as it was offered.
+#[derive(Clone, Copy, Debug)]
+struct OfferedPose {
+    /// Position, m, of a point at a lever arm, m.
+    place: (DVec3, DVec3),
+    orientation: DQuat,
+    covariances: [DMat3; 2],
+    anchor: Option<Anchor>,
+}
+
+impl OfferedPose {
+    /// The pose against what it was expected to be.
+    fn against(&self, past: &Past) -> Pose {
+        let (position_m, lever_m) = self.place;
+        let rows = [fix::position_rows(past, lever_m), fix::orientation_rows()];
+        let seen = Seen {
+            rows: rows.map(|rows| rows.map(|row| past.carry(&row))),
+            residuals: [
+                fix::position_residual(past, position_m, lever_m),
+                fix::orientation_residual(past, self.orientation),
+            ],
+            arm_m: self.anchor.map_or(DVec3::ZERO, |anchor| position_m - anchor.position_m),
+        };
+        Pose { seen, covariances: self.covariances, anchor: self.anchor }
+    }
+}
+
+/// A pose against the state: position, then orientation.
+#[derive(Clone, Copy, Debug)]
+struct Pose {
+    seen: Seen,
+    covariances: [DMat3; 2],
+    anchor: Option<Anchor>,
+}
+
+impl Pose {
+    /// Both by themselves, with all that they may be off by.
+    fn candidates(&self) -> Result<[Candidate<3>; 2], AidRefusal> {
+        let anchored = self.anchor.map(|anchor| by_anchor(&anchor, self.seen.arm_m));
+        let [of_position, of_orientation] = anchored.unwrap_or([DMat3::ZERO; 2]);
+        let candidate = |which: usize, block: Block, by_anchor: DMat3| {
+            let residual = self.seen.residuals[which];
+            let covariance = self.covariances[which] + by_anchor;
+            let measured = Whitened::correlated(&self.seen.rows[which], residual, covariance);
+            let doubt = (block, residual.length_squared());
+            Ok(Candidate { measured: measured.ok_or(AidRefusal::Invalid)?, doubt })
+        };
+        Ok([candidate(0, POSITION, of_position)?, candidate(1, ORIENTATION, of_orientation)?])
     }
 }
 
@@ -93,6 +163,8 @@ pub(crate) struct Setting {
     pub(crate) around: Surroundings,
     /// The camera stands, and its position stays.
     pub(crate) stands: bool,
+    /// The heading counts from the start, not from north.
+    pub(crate) heading_is_arbitrary: bool,
 }
 
 impl Aiding {
@@ -129,7 +201,7 @@ impl Aiding {
         setting: &Setting,
     ) -> AidReport {
         let kind = aid.measurement.kind();
-        let mut report = AidReport { kind, refusal: None, nis: None, position_jumped: false };
+        let mut report = AidReport::of(kind);
         match self.judge(state, aid, setting, &mut report) {
             Ok(()) => ledger.note(kind, true),
             Err(refusal) => {
@@ -147,7 +219,7 @@ impl Aiding {
         setting: &Setting,
         report: &mut AidReport,
     ) -> Result<(), AidRefusal> {
-        if !aid.measurement.is_sound() {
+        if !aid.is_sound() {
             return Err(AidRefusal::Invalid);
         }
         let ago_s = (setting.now - aid.time).as_secs_f64();
@@ -183,13 +255,39 @@ impl Aiding {
                 orientation,
                 orientation_covariance,
             } => {
-                let position = position(&past, position_m, lever_m, covariance)?;
-                let residual = fix::orientation_residual(&past, orientation.quaternion());
-                let rows = (fix::orientation_rows(), ORIENTATION);
-                let orientation = candidate(&past, rows, residual, orientation_covariance)?;
-                self.decide_both(state, [position, orientation], setting, report)
+                let offered = OfferedPose {
+                    place: (position_m, lever_m),
+                    orientation: orientation.quaternion(),
+                    covariances: [covariance, orientation_covariance],
+                    anchor: aid.anchor,
+                };
+                self.judge_pose(state, (&past, &offered), setting, report)
             }
         }
+    }
+
+    /// Where the heading is not known, the pose's is taken over first: by any angle, and no linear update
+    /// reaches that far.
+    fn judge_pose(
+        &mut self,
+        state: &mut State,
+        (past, offered): (&Past, &OfferedPose),
+        setting: &Setting,
+        report: &mut AidReport,
+    ) -> Result<(), AidRefusal> {
+        let heading = state.covariance.variance(ORIENTATION.0 + 2);
+        if !setting.heading_is_arbitrary && heading < UNKNOWN_HEADING {
+            return self.decide_pose(state, &offered.against(past), setting, report);
+        }
+        let mut turned = *state;
+        turned.turn_heading(fix::heading_residual(past, offered.orientation), HARDLY_KNOWN);
+        turned.cut(setting.now);
+        let past = self.history.past(&turned, past.ago_s, &setting.around);
+        let pose = offered.against(&past.ok_or(AidRefusal::TooOld)?);
+        self.decide_pose(&mut turned, &pose, setting, report)?;
+        *state = turned;
+        report.heading_found = true;
+        Ok(())
     }
 
     fn since_last_speed_s(&mut self, time: SensorTime) -> f64 {
@@ -216,21 +314,33 @@ impl Aiding {
         Ok(())
     }
 
-    /// A pose whose orientation does not fit is wrong in its position too, and the other way round.
-    fn decide_both(
+    /// A pose whose orientation does not fit is wrong in its position too, and the other way round. One
+    /// that was measured against an anchor may be off by as much as that one is.
+    fn decide_pose(
         &mut self,
         state: &mut State,
-        [position, orientation]: [Candidate<3>; 2],
+        pose: &Pose,
         setting: &Setting,
         report: &mut AidReport,
     ) -> Result<(), AidRefusal> {
+        let [position, orientation] = pose.candidates()?;
         let both = [position.nis(state), orientation.nis(state)];
         report.nis = Some(both[0] + both[1]);
         let fits = both.iter().all(|nis| *nis <= GATE[2]);
         let verdict = self.verdict(report.kind, fits, setting)?;
         report.position_jumped = verdict == Verdict::Reopen && both[0] > GATE[2];
-        position.apply(state, verdict);
-        orientation.apply(state, verdict);
+        let Some(anchor) = pose.anchor else {
+            position.apply(state, verdict);
+            orientation.apply(state, verdict);
+            return Ok(());
+        };
+        let adopted = AnchoredPose::new(&pose.seen, pose.covariances, anchor);
+        let adopted = adopted.ok_or(AidRefusal::Invalid)?;
+        if verdict == Verdict::Reopen {
+            position.doubt(state);
+            orientation.doubt(state);
+        }
+        adopted.apply(state);
         Ok(())
     }
 
@@ -264,7 +374,7 @@ impl Aiding {
         let doubt = velocity.y * velocity.y + velocity.z * velocity.z;
         let candidate = Candidate { measured, doubt: (VELOCITY, doubt) };
         let kind = AidKind::NonHolonomic;
-        let mut report = AidReport { kind, refusal: None, nis: None, position_jumped: false };
+        let mut report = AidReport::of(kind);
         report.refusal = self.decide(state, candidate, setting, &mut report).err();
         ledger.note(kind, report.refusal.is_none());
         Some(report)

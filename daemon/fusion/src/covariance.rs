@@ -289,7 +289,7 @@ impl Covariance {
     }
 
     /// `P ← P ± v vᵀ`; states that have no part in `v` cost nothing.
-    fn add_square(&mut self, sign: f64, v: &Row) {
+    pub(crate) fn add_square(&mut self, sign: f64, v: &Row) {
         for (row, weight) in self.rows.iter_mut().zip(v) {
             if *weight != 0.0 {
                 let weight = sign * weight;

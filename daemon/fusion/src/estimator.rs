@@ -3,10 +3,11 @@
 use glam::{DMat3, DVec3};
 
 use crate::aid_status::AidKind;
-use crate::aiding::{Aid, AidRefusal, AidReport, Aiding, Setting};
+use crate::aiding::{Aid, AidRefusal, AidReport, Aiding, Anchor, Setting};
 use crate::aids::Aids;
 use crate::alignment::{Alignment, Waiting};
 use crate::covariance::{DEVIATION, MOUNTING, ORIENTATION, POSITION, SPEED_SCALE, VELOCITY};
+use crate::drift::Drift;
 use crate::grid::{Increment, Step};
 use crate::history::Surroundings;
 use crate::parameters::Parameters;
@@ -15,7 +16,7 @@ use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
 use crate::update::compass::CompassReport;
 use crate::update::gradient::Held;
-use crate::update::{Outcome, gradient};
+use crate::update::{Outcome, anchored, gradient};
 
 mod estimate;
 pub(crate) mod place;
@@ -33,6 +34,8 @@ pub enum HeadingOrigin {
     Held,
     /// Only the alignment used the magnetometer.
     InitialOnly,
+    /// There never was a magnetometer reading: a pose by others gave it.
+    PoseFix,
 }
 
 /// What one step did.
@@ -127,6 +130,9 @@ impl Estimator {
             self.strapdown.advance(state, &mut self.pending, &step.increment, surroundings);
         let settings = (&self.parameters, &self.noise);
         let mut report = self.aids.step(state, &mut self.pending, (step, turn_rad), settings);
+        if report.world_turned {
+            state.cut(step.time);
+        }
         if self.pending == Pending::NONE {
             self.covariance_is_sound = state.covariance.is_finite();
         }
@@ -140,17 +146,34 @@ impl Estimator {
     pub fn aid(&mut self, aid: &Aid) -> AidReport {
         let setting = self.setting();
         let Some(state) = &mut self.state else {
-            return AidReport {
-                kind: aid.measurement.kind(),
-                refusal: Some(AidRefusal::NotAligned),
-                nis: None,
-                position_jumped: false,
-            };
+            let refusal = Some(AidRefusal::NotAligned);
+            return AidReport { refusal, ..AidReport::of(aid.measurement.kind()) };
         };
         follow(state, &mut self.pending, &self.noise);
         let report = self.aiding.take(state, aid, &mut self.aids.ledger, &setting);
+        if report.heading_found && setting.heading_is_arbitrary {
+            self.aids.heading_origin = HeadingOrigin::PoseFix;
+        }
         self.settle();
         report
+    }
+
+    /// The camera that this one is held to since it was measured against it; `None` once that is long ago.
+    pub fn held_to(&self) -> Option<u16> {
+        let tie = self.state.as_ref()?.tie.as_ref()?;
+        tie.holds().then_some(tie.anchor)
+    }
+
+    /// Goes along with what the anchor, as it is now, has corrected of itself: between two measurements
+    /// against it both stay as they are to each other. Nothing happens for one that this is not held to.
+    pub fn follow(&mut self, anchor: &Anchor) {
+        if self.held_to() != Some(anchor.id) {
+            return;
+        }
+        let Some(state) = &mut self.state else { return };
+        follow(state, &mut self.pending, &self.noise);
+        anchored::follow(state, anchor);
+        self.settle();
     }
 
     /// Counts the position from another origin: gives the camera's present position there, m, with a
@@ -163,6 +186,7 @@ impl Estimator {
         follow(state, &mut self.pending, &self.noise);
         state.position = position_m;
         state.covariance.set_independent(POSITION, covariance);
+        state.cut(self.time);
         self.settle();
     }
 
@@ -182,6 +206,7 @@ impl Estimator {
             parameters: self.parameters,
             around: Surroundings { gravity, earth_rate },
             stands: self.aids.standstill.holds(),
+            heading_is_arbitrary: self.aids.heading_origin == HeadingOrigin::Arbitrary,
         }
     }
 
@@ -244,7 +269,14 @@ impl Estimator {
         state.covariance.add_variances(ORIENTATION, DVec3::splat(turn * turn));
         state.covariance.add_variances(VELOCITY, DVec3::splat(speed * speed));
         state.covariance.add_variances(POSITION, DVec3::splat(way * way));
+        state.cut(self.time);
         self.settle();
+    }
+
+    /// From here on standstills correct nothing, as with [`crate::RestParameters::enabled`] false from the beginning:
+    /// to see what the filter does by itself with what it knows now.
+    pub const fn ignore_standstills(&mut self) {
+        self.parameters.rest.enabled = false;
     }
 
     /// An estimator that goes back in time from here, once aligned: what its steps bring is the past,
@@ -294,7 +326,7 @@ impl Estimator {
             return StepReport { waiting: Some(self.alignment.waiting()), ..StepReport::QUIET };
         };
         let mag_delay_s = self.parameters.compass.delay_s;
-        self.state = Some(State { mag_delay_s, ..aligned.state });
+        self.state = Some(State { mag_delay_s, drift: Drift::new(self.time), ..aligned.state });
         self.begin_aiding();
         self.settle();
         self.aids.begin(&aligned);

@@ -17,6 +17,7 @@ mod aiding;
 mod aids;
 mod alignment;
 mod covariance;
+mod drift;
 mod estimator;
 mod frame;
 mod grid;
@@ -34,16 +35,18 @@ pub mod so3;
 mod state;
 #[cfg(test)]
 mod testing;
+mod tie;
 mod time;
 pub mod update;
 
 pub use aid_status::{AidFlags, AidKind, AidStatus, PositionOrigin};
-pub use aiding::{Aid, AidRefusal, AidReport, Measurement};
+pub use aiding::{Aid, AidRefusal, AidReport, Anchor, Measurement};
 pub use alignment::{Aligned, Alignment, Waiting};
 pub use covariance::{
     ACCEL_BIAS, Block, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, MAG_DELAY, MOUNTING,
     ORIENTATION, POSITION, Row, SPEED_SCALE, STATES, VELOCITY,
 };
+pub use drift::{Drift, Drifted};
 pub use estimator::place::{UNKNOWN_POSITION_SIGMA_M, is_position_known};
 pub use estimator::{Estimate, Estimator, HeadingOrigin, StepReport};
 pub use frame::{Body, Frame, Optical, Rotation, Sensor, Vehicle, World};

@@ -222,10 +222,21 @@ pub(crate) fn follow(state: &mut State, pending: &mut Pending, noise: &ProcessNo
     let by_tilt = so3::skew(-gained);
     p.shear_alike([VELOCITY, LEAKY_VELOCITY], [(by_tilt, ORIENTATION), (-turned, ACCEL_BIAS)]);
     p.shear(ORIENTATION, -turned, GYRO_BIAS);
-    p.scale(LEAKY_VELOCITY.0, 3, 1.0 - noise.leak_rate * span_s);
+    let kept = 1.0 - noise.leak_rate * span_s;
+    p.scale(LEAKY_VELOCITY.0, 3, kept);
+    if let Some(tie) = &mut state.tie {
+        tie.age_s += span_s;
+        tie.shares.follow(moved_s, (by_tilt, turned), kept);
+    }
 
     let by_turning = noise.gyro_scale * turn_rad + noise.gyro_aliasing * rate_change;
-    p.add_variances(ORIENTATION, DVec3::splat(noise.gyro * span_s + by_turning));
+    // What a standing camera seems to turn is noise, which is counted as such. Against the compass that
+    // makes no difference, against another camera it is most of all.
+    let by_noise = noise.gyro * span_s;
+    let against_others = by_noise + if moved_s > 0.0 { by_turning } else { 0.0 };
+    state.drift.pass(p, against_others, (span_s, moved_s));
+    let by_noise = if state.tie.is_some() { against_others } else { by_noise + by_turning };
+    p.add_variances(ORIENTATION, DVec3::splat(by_noise));
     let velocity = DVec3::splat(noise.accel * span_s + noise.accel_aliasing * force_change);
     p.add_variances(VELOCITY, velocity);
     p.add_variances(LEAKY_VELOCITY, velocity);

@@ -31,6 +31,10 @@ use crate::estimator::place::is_position_known;
 use crate::frame::{Body, Rotation, Vehicle, World};
 use crate::so3;
 
+mod tied;
+
+pub use tied::{Apart, Tied, relative_by};
+
 #[cfg(test)]
 mod tests;
 
@@ -64,6 +68,8 @@ pub struct Station {
     pub velocity: DVec3,
     /// Covariance of the velocity, (m/s)².
     pub velocity_covariance: DMat3,
+    /// The camera stands.
+    pub at_rest: bool,
     /// What is shared with cameras nearby.
     pub field: FieldTie,
 }
@@ -101,7 +107,8 @@ impl Station {
     pub fn carried(&self, span_s: f64) -> Self {
         let square = |x: f64| DMat3::from_diagonal(DVec3::splat(x * x));
         let turned = self.orientation.quaternion() * so3::exp(self.angular_rate * span_s);
-        let half_square = 0.5 * span_s * span_s;
+        // A camera that stands is not accelerated.
+        let half_square = if self.at_rest { 0.0 } else { 0.5 * span_s * span_s };
         Self {
             orientation: Rotation::from_unit(so3::renormalise(turned)),
             orientation_covariance: self.orientation_covariance
@@ -158,6 +165,7 @@ impl Mount {
             position_covariance: square(self.position_sigma_m),
             velocity: DVec3::ZERO,
             velocity_covariance: DMat3::ZERO,
+            at_rest: true,
             field: FieldTie {
                 with_orientation_rad2: DVec3::ZERO,
                 variance_rad2: 0.0,

@@ -6,8 +6,11 @@ use crate::covariance::{
     ACCEL_BIAS, Block, Covariance, DEVIATION, GYRO_BIAS, LEAKY_VELOCITY, MAG_DELAY, MOUNTING,
     ORIENTATION, POSITION, Row, SPEED_SCALE, STATES, VELOCITY,
 };
+use crate::drift::Drift;
 use crate::frame::{Body, Rotation, World};
 use crate::so3;
+use crate::tie::Tie;
+use crate::time::SensorTime;
 
 /// The estimate: nominal values, and the covariance of the error around them.
 ///
@@ -37,6 +40,10 @@ pub struct State {
     pub speed_scale: f64,
     /// Covariance of the error state.
     pub covariance: Covariance,
+    /// What the errors have in common with another camera's.
+    pub(crate) tie: Option<Tie>,
+    /// How far they have moved on.
+    pub(crate) drift: Drift,
 }
 
 impl State {
@@ -54,6 +61,8 @@ impl State {
             mounting_rad: [0.0; 2],
             speed_scale: 0.0,
             covariance: Covariance::ZERO,
+            tie: None,
+            drift: Drift::new(SensorTime::from_nanos(0)),
         }
     }
 
@@ -67,8 +76,46 @@ impl State {
         DMat3::from_quat(self.orientation)
     }
 
+    /// Corrects by one scalar measurement with row `h` and a gain, whose `P h` and innovation variance `s`
+    /// are given, where that gain is the optimal one.
+    pub(crate) fn learn(&mut self, h: &Row, ph: &Row, s: f64) {
+        if let Some(tie) = &mut self.tie {
+            tie.learn(h, &ph.map(|x| x / s));
+        }
+        self.covariance.deflate(ph, s);
+    }
+
+    /// The same with any gain.
+    pub(crate) fn learn_by(&mut self, h: &Row, ph: &Row, gain: &Row, s: f64) {
+        if let Some(tie) = &mut self.tie {
+            tie.learn(h, gain);
+        }
+        self.covariance.update_with_gain(ph, gain, s);
+    }
+
+    /// Whether an anchor's error is held in common: what the camera measures for itself corrects its own part.
+    pub(crate) fn is_held(&self) -> bool {
+        self.tie.as_ref().is_some_and(Tie::holds)
+    }
+
+    /// Of `P h` what a correction may count: all of it, but of a camera that is held to its anchor only what
+    /// is its own.
+    pub(crate) fn own_part(&self, h: &Row, ph: &Row) -> Row {
+        match &self.tie {
+            Some(tie) if tie.holds() => tie.without_anchor(h, ph),
+            _ => *ph,
+        }
+    }
+
+    /// From here on nothing compares with what was before: the state was put elsewhere.
+    pub(crate) const fn cut(&mut self, now: SensorTime) {
+        self.tie = None;
+        self.drift = Drift::new(now);
+    }
+
     /// Adds an estimated error to the nominal state: `x ⊞ δ`.
     pub(crate) fn correct(&mut self, error: &Row) {
+        self.drift.correct(error);
         let part = |b: Block| DVec3::new(error[b.0], error[b.0 + 1], error[b.0 + 2]);
         let turned = so3::exp(part(ORIENTATION)) * self.orientation;
         self.orientation = so3::renormalise(turned);
@@ -122,12 +169,26 @@ impl State {
         self.covariance.set(heading, DEVIATION, -deviation_variance);
     }
 
+    /// Turns all but the place about up by an angle, rad, and takes the heading for known with a variance,
+    /// rad².
+    pub(crate) fn turn_heading(&mut self, angle: f64, variance: f64) {
+        let turn = so3::exp(DVec3::Z * angle);
+        self.orientation = so3::renormalise(turn * self.orientation);
+        self.velocity = turn * self.velocity;
+        self.leaky_velocity = turn * self.leaky_velocity;
+        for block in [ORIENTATION, VELOCITY, LEAKY_VELOCITY] {
+            self.covariance.rotate(block, DMat3::from_quat(turn));
+        }
+        self.covariance.forget(ORIENTATION.0 + 2, variance);
+    }
+
     /// The same state in a time that runs backwards: what is a rate changes its sign.
     pub(crate) fn reversed(&self) -> Self {
         let mut reversed = Self {
             velocity: -self.velocity,
             leaky_velocity: -self.leaky_velocity,
             gyro_bias: -self.gyro_bias,
+            tie: None,
             ..*self
         };
         for block in [VELOCITY, LEAKY_VELOCITY, GYRO_BIAS] {

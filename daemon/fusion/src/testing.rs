@@ -71,7 +71,7 @@ pub(crate) fn state_at(orientation: DQuat, random: &mut Normal) -> State {
         mag_delay_s: 0.0,
         mounting_rad: [0.02 * random.number(), 0.02 * random.number()],
         speed_scale: 0.01 * random.number(),
-        covariance: Covariance::ZERO,
+        ..State::at(orientation)
     }
 }
 

@@ -2,6 +2,8 @@
 
 pub mod calibrate;
 pub mod check;
+pub mod demo;
+pub mod depth;
 pub mod evaluate;
 pub mod replay;
 pub mod run;
@@ -10,6 +12,7 @@ pub mod supervision;
 use std::path::{Path, PathBuf};
 
 use lodestone_config::{Config, LoadError, Loaded};
+use rustix::process::{Signal, getppid, set_parent_process_death_signal};
 
 use crate::cli::{Cli, Command};
 use crate::console::Console;
@@ -36,9 +39,18 @@ pub enum CommandError {
     /// Replaying failed.
     #[error(transparent)]
     Replay(#[from] replay::ReplayCommandError),
+    /// The demo failed.
+    #[error(transparent)]
+    Demo(#[from] demo::DemoError),
+    /// Whoever started this process is gone.
+    #[error("the process {0} that this one was to end with is not its parent")]
+    Orphan(i32),
     /// Evaluating failed.
     #[error(transparent)]
     Evaluate(#[from] evaluate::EvaluateError),
+    /// There is no depth source.
+    #[error(transparent)]
+    Depth(#[from] depth::DepthError),
 }
 
 impl CommandError {
@@ -49,7 +61,10 @@ impl CommandError {
             Self::Run(e) => e.exit_code(),
             Self::Calibrate(e) => e.exit_code(),
             Self::Replay(e) => e.exit_code(),
+            Self::Demo(e) => e.exit_code(),
+            Self::Orphan(_) => 1,
             Self::Evaluate(e) => e.exit_code(),
+            Self::Depth(e) => e.exit_code(),
         }
     }
 }
@@ -59,6 +74,7 @@ impl CommandError {
 /// # Errors
 /// [`CommandError`], with its exit code.
 pub fn execute(cli: &Cli) -> Result<(), CommandError> {
+    cli.with_parent.map_or(Ok(()), end_with)?;
     match &cli.command {
         None => execute_run(cli, &crate::cli::RunArgs::default()),
         Some(Command::Run(args)) => execute_run(cli, args),
@@ -70,12 +86,32 @@ pub fn execute(cli: &Cli) -> Result<(), CommandError> {
             logging::init(cli.log.as_deref(), None)?;
             Ok(replay::replay(&load(cli.config.as_deref())?, args)?)
         }
-        Some(Command::Evaluate(command)) => {
+        Some(Command::Evaluate(args)) => {
             logging::init(cli.log.as_deref(), None)?;
-            Ok(evaluate::evaluate(cli.config.as_deref(), command)?)
+            Ok(evaluate::evaluate(cli.config.as_deref(), args)?)
         }
         Some(Command::Calibrate(args)) => execute_calibrate(cli, args),
+        Some(Command::Demo(args)) => {
+            logging::init(cli.log.as_deref(), None)?;
+            Ok(demo::demo(cli.config.as_deref(), args)?)
+        }
+        Some(Command::DemoConsumer(args)) => {
+            logging::init(cli.log.as_deref(), None)?;
+            Ok(demo::consumer(args)?)
+        }
+        Some(Command::Depth(args)) => {
+            logging::init(cli.log.as_deref(), None)?;
+            Ok(depth::depth(&load(cli.config.as_deref())?, args)?)
+        }
     }
+}
+
+/// Has the kernel end this process, as by SIGTERM, when its parent ends, in whichever way.
+fn end_with(parent: i32) -> Result<(), CommandError> {
+    let asked = set_parent_process_death_signal(Some(Signal::TERM)).is_ok();
+    // The parent may have ended before the kernel was asked.
+    let is_parent = getppid().is_some_and(|pid| pid.as_raw_nonzero().get() == parent);
+    (asked && is_parent).then_some(()).ok_or(CommandError::Orphan(parent))
 }
 
 fn execute_run(cli: &Cli, args: &crate::cli::RunArgs) -> Result<(), CommandError> {

@@ -11,6 +11,7 @@
 
 pub mod allan;
 pub mod correction;
+pub mod dynamic;
 pub mod paper;
 pub mod place;
 pub mod recording;

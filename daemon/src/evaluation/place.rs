@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use lodestone_config::model::{Camera, DriverKind, Synthetic, World};
-use lodestone_config::{Config, ConfigErrors, LoadError, STATIC_SCENARIOS};
+use lodestone_config::{Config, ConfigErrors, DYNAMIC_SCENARIO, LoadError, STATIC_SCENARIOS};
 
 /// A camera in its surroundings.
 #[derive(Clone, Debug)]
@@ -83,6 +83,17 @@ pub fn places(files: &[PathBuf]) -> Result<Vec<Place>, ScenarioError> {
         add(&mut places, &file.display().to_string(), Config::load(file)?.config)?;
     }
     Ok(places)
+}
+
+/// The embedded scenes of the dynamic evaluation: at rest, carried through a room, on stairs.
+///
+/// # Errors
+/// [`ScenarioError`] never in a build whose tests pass.
+pub fn dynamic_scenes() -> Result<Vec<Place>, ScenarioError> {
+    let (name, text) = DYNAMIC_SCENARIO;
+    let mut scenes = Vec::new();
+    add(&mut scenes, name, Config::from_toml(name, text)?)?;
+    Ok(scenes)
 }
 
 fn add(places: &mut Vec<Place>, scenario: &str, config: Config) -> Result<(), ScenarioError> {

@@ -20,6 +20,10 @@ pub enum Purpose {
     Fresh(u32),
     /// To look at the noise of sensors at rest.
     Rest,
+    /// To follow a motion: the n-th run.
+    Run(u32),
+    /// To calibrate the unit of the n-th run.
+    Unit(u32),
 }
 
 /// Why there is no recording.
@@ -73,6 +77,8 @@ fn seed_for(scenario: u64, evaluation: u64, purpose: Purpose) -> u64 {
         Purpose::Calibration => 0,
         Purpose::Rest => 1,
         Purpose::Fresh(n) => 2 + u64::from(n),
+        Purpose::Run(n) => (1 << 32) + u64::from(n),
+        Purpose::Unit(n) => (2 << 32) + u64::from(n),
     });
     rng.random()
 }
@@ -94,13 +100,21 @@ mod tests {
 
     #[test]
     fn no_two_recordings_share_their_noise_and_each_can_be_made_again() {
-        let purposes = [Purpose::Calibration, Purpose::Rest, Purpose::Fresh(0), Purpose::Fresh(1)];
+        let purposes = [
+            Purpose::Calibration,
+            Purpose::Rest,
+            Purpose::Fresh(0),
+            Purpose::Fresh(1),
+            Purpose::Run(0),
+            Purpose::Run(1),
+            Purpose::Unit(1),
+        ];
         let gyro = |r: &Vec<Reading>| format!("{:?}", r[0].gyro);
         let firsts: BTreeSet<String> = purposes
             .iter()
             .flat_map(|purpose| [1, 2].map(|seed| gyro(&second(*purpose, seed))))
             .collect();
-        assert_eq!(firsts.len(), 8);
+        assert_eq!(firsts.len(), 14);
         assert_eq!(second(Purpose::Rest, 1), second(Purpose::Rest, 1));
     }
 

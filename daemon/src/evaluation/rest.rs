@@ -1,7 +1,6 @@
-//! The noise of accelerometer and gyroscope at rest: the paper's figure "Sensory Ground Truth", and
-//! the Allan deviation of the same recording.
+//! The Allan deviation of accelerometer and gyroscope at rest.
 
-use glam::{DMat3, DVec3};
+use glam::DMat3;
 use lodestone_config::model::{Noise, TrajectoryKind};
 use lodestone_fusion::SensorTime;
 use serde::Serialize;
@@ -14,9 +13,6 @@ use super::trace::body_from_sensor;
 use crate::driver::Sink;
 use crate::reading::Reading;
 use crate::service::signals::StopFlag;
-
-/// Length of the piece that is drawn over time, s.
-const DRAWN_S: f64 = 4.0;
 
 /// What a camera at rest shows.
 #[derive(Clone, Debug, Serialize)]
@@ -42,9 +38,6 @@ pub struct AtRest {
     pub sigma: [Option<f64>; 3],
     /// Allan deviation.
     pub allan: [Vec<AllanPoint>; 3],
-    /// The first seconds, for the figure: time, s, and how far the reading is off what is felt.
-    #[serde(skip)]
-    pub drawn: Vec<(f64, DVec3)>,
 }
 
 /// Records a place at rest for `duration_s` and looks at its noise.
@@ -62,15 +55,14 @@ pub fn evaluate(
         synthetic.trajectory = TrajectoryKind::Standing;
         synthetic.duration_s = duration_s;
     };
-    let truth =
-        record(place, (Purpose::Rest, seed), at_rest, &mut kept, stop)?.truth_at(kept.start());
+    record(place, (Purpose::Rest, seed), at_rest, &mut kept, stop)?;
     let interval_s = kept.interval_s();
     Ok(Rest {
         place: place.name.clone(),
         duration_s,
         configured: place.camera.noise.unwrap_or_else(|| place.camera.model.noise()),
-        accelerometer: AtRest::of(&kept.accel, interval_s, truth.specific_force.vector),
-        gyroscope: AtRest::of(&kept.gyro, interval_s, truth.angular_rate_rad_s),
+        accelerometer: AtRest::of(&kept.accel, interval_s),
+        gyroscope: AtRest::of(&kept.gyro, interval_s),
     })
 }
 
@@ -85,11 +77,6 @@ struct Kept {
 impl Kept {
     fn new(body_from_sensor: DMat3) -> Self {
         Self { body_from_sensor, accel: Default::default(), gyro: Default::default(), span: None }
-    }
-
-    /// Time of the first sample.
-    fn start(&self) -> SensorTime {
-        self.span.map_or(SensorTime::from_nanos(0), |(first, _)| first)
     }
 
     /// Mean interval between samples, s; lost ones make it longer by their part.
@@ -113,16 +100,11 @@ impl Sink for Kept {
 }
 
 impl AtRest {
-    fn of(axes: &[Vec<f64>; 3], interval_s: f64, felt: DVec3) -> Self {
-        let drawn = (0..axes[0].len()).map(|k| (k as f64 * interval_s, k));
-        let drawn = drawn.take_while(|(time_s, _)| *time_s <= DRAWN_S);
+    fn of(axes: &[Vec<f64>; 3], interval_s: f64) -> Self {
         Self {
             mean: [0, 1, 2].map(|axis| mean(&axes[axis])),
             sigma: [0, 1, 2].map(|axis| standard_deviation(&axes[axis])),
             allan: [0, 1, 2].map(|axis| overlapping(&axes[axis], interval_s, 8)),
-            drawn: drawn
-                .map(|(time_s, k)| (time_s, DVec3::new(axes[0][k], axes[1][k], axes[2][k]) - felt))
-                .collect(),
         }
     }
 }
@@ -132,6 +114,7 @@ mod tests {
     use super::*;
     use crate::evaluation::allan::at;
     use crate::evaluation::place::places;
+    use glam::DVec3;
 
     #[test]
     fn the_curves_find_the_densities_that_the_sensors_were_given() {
@@ -150,6 +133,5 @@ mod tests {
         }
         let gravity = rest.accelerometer.mean.map(Option::unwrap);
         assert!((DVec3::from_array(gravity).length() - 9.81).abs() < 0.2, "{gravity:?}");
-        assert!((rest.accelerometer.drawn.len() as f64 - 400.0 * DRAWN_S).abs() < 30.0);
     }
 }

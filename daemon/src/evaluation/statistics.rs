@@ -18,6 +18,35 @@ impl Spread {
     }
 }
 
+/// A figure over many runs, of which single ones may be far off: the median, and what nine of ten runs
+/// lie above and below.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Quantiles {
+    /// A tenth of the runs are below.
+    pub low: f64,
+    /// Half of the runs are below.
+    pub median: f64,
+    /// A tenth of the runs are above.
+    pub high: f64,
+}
+
+impl Quantiles {
+    /// The quantiles of values, interpolated between neighbours (Hyndman and Fan 1996, definition 7);
+    /// `None` of none.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let mut sorted: Vec<f64> = values.into_iter().collect();
+        sorted.sort_by(f64::total_cmp);
+        let last = sorted.len().checked_sub(1)?;
+        let at = |part: f64| {
+            let place = part * last as f64;
+            let (below, share) = (place.floor() as usize, place.fract());
+            let (a, b) = (sorted[below], sorted[(below + 1).min(last)]);
+            a + (b - a) * share
+        };
+        Some(Self { low: at(0.1), median: at(0.5), high: at(0.9) })
+    }
+}
+
 /// The mean; `None` of no values.
 pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
@@ -60,6 +89,14 @@ mod tests {
         let values = [2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0];
         assert!((standard_deviation(&values).unwrap() - (32.0_f64 / 7.0).sqrt()).abs() < 1e-12);
         assert!((root_mean_square(&[3.0, 4.0]).unwrap() - 12.5_f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn quantiles_do_not_care_for_the_order_nor_for_one_wild_run() {
+        let runs = (0..=10).rev().map(|k| if k == 10 { 1e9 } else { f64::from(k) });
+        assert_eq!(Quantiles::of(runs), Some(Quantiles { low: 1.0, median: 5.0, high: 9.0 }));
+        assert_eq!(Quantiles::of([2.0, 3.0]).unwrap().median.to_bits(), 2.5_f64.to_bits());
+        assert_eq!(Quantiles::of([]), None);
     }
 
     #[test]

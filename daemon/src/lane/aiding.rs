@@ -61,6 +61,7 @@ impl AidQueue {
         let at = |age_s: f32, measurement: Measurement| Aid {
             time: reading.sensor_time + SensorSpan::from_secs_f64(-f64::from(age_s)),
             measurement,
+            anchor: None,
         };
         [
             reading.aiding.speed.map(|speed| at(speed.age_s, speed_of(&speed))),

@@ -1,15 +1,16 @@
 //! The part of a lane that depends on its readings alone: same readings in, same bits out.
 
 use lodestone_fusion::{
-    Accepted, Aid, AidRefusal, Estimate, Estimator, FieldReference, Grid, ImuSample, Parameters,
-    Refusal, SensorSpan, SensorTime, Waiting,
+    Accepted, Aid, AidRefusal, Anchor, Estimate, Estimator, FieldReference, Grid, ImuSample,
+    Parameters, Refusal, SensorSpan, SensorTime, Waiting,
 };
 
 use lodestone_schema::{DistanceSource, Status};
 
 use super::aiding::AidQueue;
+use super::trail::Trail;
 use super::{Conditioner, LaneSettings, SetBack};
-use crate::reading::Reading;
+use crate::reading::{HostTime, Reading};
 use crate::world::{Membership, WorldStep};
 
 /// How far the filter is.
@@ -96,6 +97,9 @@ impl CoreCounts {
 const RECOVERED_TILT_RAD: f64 = 0.05;
 const RECOVERED_HEADING_RAD: f64 = 0.2;
 
+/// Between two looks at the camera that this one was measured against.
+const FOLLOW_INTERVAL: SensorSpan = SensorSpan::from_nanos(100_000_000);
+
 /// How far strength or vertical part of the field may be from the World Magnetic Model's, as a part of
 /// its strength. Rooms differ by a tenth or two; an uncalibrated car by half and more.
 const EARTH_TOLERANCE: f64 = 0.25;
@@ -113,6 +117,9 @@ pub struct Core {
     epoch: Option<u32>,
     set_back: SetBack,
     aids: AidQueue,
+    /// When this camera last looked at its anchor.
+    followed: Option<SensorTime>,
+    trail: Trail,
     position_jumped: bool,
     degraded: bool,
     phase: Phase,
@@ -138,6 +145,8 @@ impl Core {
             epoch: None,
             set_back: SetBack::new(settings.timing.reset_after),
             aids: AidQueue::new(settings.antenna_m),
+            followed: None,
+            trail: Trail::NONE,
             position_jumped: false,
             degraded: false,
             phase: Phase::Aligning(Waiting::Collecting),
@@ -169,6 +178,7 @@ impl Core {
             self.counts.resets += u32::from(report.world_turned || began_anew);
             self.phase = report.waiting.map_or(Phase::Running, Phase::Aligning);
             self.offer_due(step.time);
+            self.follow_anchor(step.time, arrival);
             let estimate = self.estimator.estimate();
             if report.waiting.is_none() && estimate.is_none() {
                 // A state that is not finite has no way back.
@@ -210,11 +220,17 @@ impl Core {
         self.counts.aiding_invalid += 1;
     }
 
+    /// A measurement against another camera that cannot be its anchor now.
+    pub const fn count_refused_aid(&mut self) {
+        self.counts.aiding_refused += 1;
+    }
+
     /// Hands the estimator what is valid up to the end of its last step.
     fn offer_due(&mut self, now: SensorTime) {
         while let Some(aid) = self.aids.next_due(now) {
             let report = self.estimator.aid(&aid);
             self.position_jumped |= report.position_jumped;
+            self.counts.resets += u32::from(report.heading_found);
             match report.refusal {
                 None => self.counts.aiding_used += 1,
                 Some(AidRefusal::Invalid | AidRefusal::NoVehicle | AidRefusal::Future) => {
@@ -227,9 +243,33 @@ impl Core {
         }
     }
 
+    /// An anchor as it was at a time of `CLOCK_MONOTONIC`, ns, as far as this camera has looked at it.
+    pub fn anchor_at(&self, anchor: Anchor, time_ns: i64) -> Anchor {
+        Anchor { drift: self.trail.at(anchor.id, time_ns).unwrap_or(anchor.drift), ..anchor }
+    }
+
+    /// Goes along with what the camera corrects against which this one was measured.
+    fn follow_anchor(&mut self, now: SensorTime, arrival: HostTime) {
+        let Some(anchor) = self.estimator.held_to() else { return };
+        if self.followed.is_some_and(|last| now - last < FOLLOW_INTERVAL) {
+            return;
+        }
+        self.followed = Some(now);
+        if let Some((anchor, time_ns)) = self.membership.anchor(anchor, arrival) {
+            self.trail.note(&anchor, time_ns);
+            self.estimator.follow(&anchor);
+        }
+    }
+
     /// The pose at the last reading taken: the last step's, carried on over the remainder.
     pub fn at_last_reading(&self) -> Option<Estimate> {
         self.estimator.estimate_ahead(&self.grid.remainder())
+    }
+
+    /// From here on the filter learns nothing from standstills: for comparisons.
+    pub const fn ignore_standstills(&mut self) {
+        self.parameters.rest.enabled = false;
+        self.estimator.ignore_standstills();
     }
 
     /// An estimator that goes back in time from the last step, and that step's time, once aligned.

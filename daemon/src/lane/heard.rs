@@ -1,8 +1,8 @@
 //! Aiding messages of other processes, checked and in the estimator's terms.
 
 use glam::{DMat3, DQuat, DVec3};
-use lodestone_fusion::{Aid, Measurement, Rotation, SensorTime};
-use lodestone_schema::{Aiding, AidingKind, AidingOrigin, DistanceSource};
+use lodestone_fusion::{Aid, Anchor, Measurement, Rotation, SensorTime};
+use lodestone_schema::{Aiding, AidingKind, AidingOrigin, AnchorRefusal, DistanceSource};
 
 /// Largest difference of a quaternion's length from one that rounding explains.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -16,7 +16,12 @@ pub(crate) struct Addressee {
 
 /// What a message says, at a time on the sensor's clock; `None` where it makes no sense, or speaks of
 /// another camera or another world. Values and covariances are the estimator's to check.
-pub(crate) fn understood(message: &Aiding, time: SensorTime, to: Addressee) -> Option<Aid> {
+pub(crate) fn understood(
+    message: &Aiding,
+    time: SensorTime,
+    to: Addressee,
+    anchor: Option<Anchor>,
+) -> Option<Aid> {
     let of_this_world = message.world_epoch == 0 || message.world_epoch == to.world_epoch;
     if message.camera_id != to.camera_id || !of_this_world {
         return None;
@@ -36,7 +41,19 @@ pub(crate) fn understood(message: &Aiding, time: SensorTime, to: Addressee) -> O
             orientation_covariance: symmetric(&message.orientation_covariance_rad2),
         },
     };
-    Some(Aid { time, measurement })
+    Some(Aid { time, measurement, anchor })
+}
+
+/// Index of the camera against which a message's pose was measured; `None` where it is one in the world.
+///
+/// # Errors
+/// [`AnchorRefusal::NoPose`] where it is none.
+pub(super) fn anchor_index(message: &Aiding) -> Result<Option<usize>, AnchorRefusal> {
+    let Some(index) = message.anchor.checked_sub(1) else { return Ok(None) };
+    match AidingKind::from_code(message.kind) {
+        Some(AidingKind::Pose) => Ok(Some(index.into())),
+        _ => Err(AnchorRefusal::NoPose),
+    }
 }
 
 /// Where a position is known from once a message has corrected it; `None` if it is no fix.
@@ -86,7 +103,8 @@ mod tests {
             world_epoch: 2,
             kind: kind.code(),
             origin: 0,
-            reserved: [0; 6],
+            anchor: 0,
+            reserved: [0; 4],
             time_ns: 0,
             value: [1.0, 2.0, 3.0],
             orientation: [0.0, 0.0, 1.0, 0.0],
@@ -97,7 +115,7 @@ mod tests {
     }
 
     fn heard(message: &Aiding) -> Option<Measurement> {
-        understood(message, SensorTime::from_nanos(5), TO).map(|aid| aid.measurement)
+        understood(message, SensorTime::from_nanos(5), TO, None).map(|aid| aid.measurement)
     }
 
     #[test]

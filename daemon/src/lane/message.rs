@@ -201,6 +201,7 @@ const fn heading_source(estimate: &Estimate) -> HeadingSource {
         HeadingOrigin::Magnetometer => HeadingSource::Magnetometer,
         HeadingOrigin::Held => HeadingSource::GyroscopeHeld,
         HeadingOrigin::InitialOnly => HeadingSource::InitialOnly,
+        HeadingOrigin::PoseFix => HeadingSource::AidingPose,
     }
 }
 

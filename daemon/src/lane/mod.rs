@@ -17,6 +17,7 @@ mod set_back;
 mod settings;
 #[cfg(test)]
 mod tests;
+mod trail;
 mod vehicle;
 mod worker;
 

@@ -7,7 +7,9 @@ use std::sync::Arc;
 use glam::DVec3;
 use lodestone_config::model::{AxisMap, Camera, Config};
 use lodestone_fusion::{Accel, Gyro, Mag, SensorTime};
-use lodestone_schema::{CalibratedSample, LaneState, Pose, Status};
+use lodestone_schema::{
+    Aiding, AidingKind, AnchorRefusal, CalibratedSample, LaneState, Pose, Status,
+};
 
 use super::{Core, LaneSettings, Phase, Publish, Worker};
 use crate::clock::UnixOffset;
@@ -196,4 +198,38 @@ fn given_a_field_that_is_not_the_earths_at_the_place_then_each_step_says_so() {
     assert!(!unlike(earth + DVec3::new(3.0, -4.0, 3.0)), "rooms are like that");
     assert!(unlike(earth + DVec3::new(30.0, 0.0, 15.0)), "a car's iron is not the earth's");
     assert!(unlike(DVec3::new(44.0, 0.0, -21.0)), "nor is another dip");
+}
+
+#[test]
+fn given_a_measurement_against_what_is_no_anchor_then_it_is_refused_counted_and_said_why() {
+    let mut live = Live::new();
+    live.take(rest(0, 3_000));
+    let message = |kind: AidingKind, anchor: u16| Aiding {
+        sequence: 0,
+        camera_id: 0,
+        world_epoch: 0,
+        kind: kind.code(),
+        origin: 0,
+        anchor,
+        reserved: [0; 4],
+        time_ns: 2_900 * MS,
+        value: [0.0; 3],
+        orientation: [0.0, 0.0, 0.0, 1.0],
+        value_covariance: [1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4],
+        orientation_covariance_rad2: [1e-6, 0.0, 0.0, 1e-6, 0.0, 1e-6],
+        lever_arm_m: [0.0; 3],
+    };
+    // Anchors are counted from 1: this camera is the only one, and the first.
+    let told = [
+        (message(AidingKind::Pose, 1), AnchorRefusal::Itself),
+        (message(AidingKind::Pose, 2), AnchorRefusal::Unknown),
+        (message(AidingKind::Pose, u16::MAX), AnchorRefusal::Unknown),
+        (message(AidingKind::Velocity, 2), AnchorRefusal::NoPose),
+    ];
+    for (k, (message, why)) in told.into_iter().enumerate() {
+        live.worker.hear(&message);
+        assert_eq!(live.board.anchor_refusal(), why);
+        assert_eq!(live.board.counters.aiding_refused.get(), k as u64 + 1);
+    }
+    assert_eq!(live.board.counters.aiding_used.get(), 0);
 }

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use lodestone_fusion::SensorTime;
-use lodestone_schema::{Aiding, CalibratedSample, LaneState, Pose, Status, Validity};
+use lodestone_fusion::{Anchor, SensorTime};
+use lodestone_schema::{
+    Aiding, AnchorRefusal, CalibratedSample, LaneState, Pose, Status, Validity,
+};
 
 use super::core::{Core, CoreCounts, Phase, StepOutput};
-use super::heard::{Addressee, fix_source, understood};
+use super::heard::{Addressee, anchor_index, fix_source, understood};
 use super::message::{fill_pose, sample_message, wait_of};
 use super::settings::LaneSettings;
 use crate::clock::{SensorClock, UnixOffset};
@@ -14,7 +16,7 @@ use crate::driver::SourceState;
 use crate::publisher::blank_pose;
 use crate::reading::{HostTime, Reading};
 use crate::status_board::{LaneBoard, LaneStatus, SensorStatus};
-use crate::world::{Motion, WorldFrame};
+use crate::world::{Motion, WorldFrame, anchor_for};
 
 /// Where a live lane's messages go.
 pub trait Publish {
@@ -120,9 +122,16 @@ impl<P: Publish> Worker<P> {
             camera_id: outlet.settings.camera_id,
             world_epoch: outlet.pose.world_epoch,
         };
+        let anchor = match outlet.anchor_of(message) {
+            Ok(anchor) => anchor.map(|anchor| self.core.anchor_at(anchor, message.time_ns)),
+            Err(why) => return self.refuse_anchor(why),
+        };
         let valid_at = outlet.clock.sensor_time(HostTime::from_nanos(message.time_ns));
-        match valid_at.and_then(|time| understood(message, time, to)) {
+        match valid_at.and_then(|time| understood(message, time, to, anchor)) {
             Some(aid) => {
+                if anchor.is_some() {
+                    outlet.board.set_anchor_refusal(AnchorRefusal::None);
+                }
                 if let Some(source) = fix_source(message) {
                     self.core.hear_fix(source);
                 }
@@ -130,6 +139,22 @@ impl<P: Publish> Worker<P> {
             }
             None => self.core.count_invalid_aid(),
         }
+    }
+
+    /// Counts a measurement against a camera that cannot be its anchor, and says why, once.
+    fn refuse_anchor(&mut self, why: AnchorRefusal) {
+        self.core.count_refused_aid();
+        let board = &self.outlet.board;
+        if board.anchor_refusal() != why {
+            let camera = &self.outlet.settings.camera;
+            tracing::warn!(
+                camera,
+                "a measurement against another camera is refused: {}",
+                why.advice()
+            );
+        }
+        board.set_anchor_refusal(why);
+        self.count();
     }
 
     /// Looks after the source when the ring is empty: silence makes the pose stale.
@@ -197,8 +222,17 @@ impl<P: Publish> Outlet<P> {
         self.pose.sequence += 1;
         if let Some(estimate) = &step.estimate {
             let motion = Motion::of(estimate, self.pose.time_ns, &step.world);
-            self.world.report_motion(self.settings.camera_id as usize, &motion);
+            let member = self.settings.camera_id as usize;
+            self.world.report_motion(member, &motion);
+            self.world.report_tie(member, &motion, estimate.tie.as_ref());
         }
+    }
+
+    /// The camera against which a message's pose was measured, if it says that it was.
+    fn anchor_of(&self, message: &Aiding) -> Result<Option<Anchor>, AnchorRefusal> {
+        let Some(anchor) = anchor_index(message)? else { return Ok(None) };
+        let times = (HostTime::from_nanos(message.time_ns), HostTime::now());
+        anchor_for(&self.world, self.settings.camera_id as usize, anchor, times).map(Some)
     }
 
     /// The last pose once more, with nothing claimed about it.

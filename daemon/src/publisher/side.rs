@@ -82,7 +82,7 @@ pub(crate) const fn blank_health() -> Health {
         aids_used: 0,
         aids_refused: 0,
         member_count: 0,
-        real_time_refused: 0,
+        anchor_refusal: 0,
         world_epoch: 0,
         sample_rate_hz: f64::NAN,
         pose_rate_hz: f64::NAN,
@@ -107,6 +107,8 @@ pub(crate) const fn blank_health() -> Health {
         aiding_refused: 0,
         aiding_invalid: 0,
         members_in_use: 0,
+        real_time_refused: 0,
+        reserved: [0; 3],
         group_delay_s: f64::NAN,
     }
 }

@@ -32,6 +32,7 @@ mod row;
 mod source;
 #[cfg(test)]
 mod tests;
+pub mod truth;
 
 use std::collections::VecDeque;
 use std::path::Path;

@@ -8,6 +8,8 @@
 //! serves light and dark. Axes have the paper's colours: roll (about forward) red, pitch (about left)
 //! green, yaw (about up) blue.
 
+pub mod dynamic_report;
+pub mod evaluation;
 pub mod page;
 pub mod plot;
 pub mod scale;

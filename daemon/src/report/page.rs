@@ -1,6 +1,6 @@
 //! The page around tables and charts.
 
-use super::svg::Escaped;
+use super::svg::{Escaped, append};
 
 /// The style of all reports, for light and dark and for print.
 const STYLE: &str = include_str!("style.css");
@@ -48,6 +48,47 @@ pub fn definitions(pairs: &[(&str, String)]) -> String {
     format!("<dl>\n{}</dl>\n", pairs.concat())
 }
 
+/// What a figure or table of the paper is, ours beside it, what differs and why; all markup.
+pub fn beside(paper: &str, ours: &str, differs: &str, why: &str) -> String {
+    let parts = [("The paper", paper), ("Ours", ours), ("What differs", differs), ("Why", why)];
+    let cell = |(head, text): (&str, &str)| format!("<div><h4>{head}</h4><p>{text}</p></div>\n");
+    format!("<div class=\"beside\">\n{}</div>\n", parts.map(cell).concat())
+}
+
+/// A legend for several charts: a key and what it stands for, both markup.
+pub fn legend(entries: &[(String, String)]) -> String {
+    let entry = |(key, what): &(String, String)| format!("<span>{key}{what}</span> ");
+    let entries: String = entries.iter().map(entry).collect();
+    format!("<p class=\"legend\">{entries}</p>\n")
+}
+
+/// A table that scrolls where it is too wide; head and rows are markup.
+pub fn table(head: &str, rows: &str) -> String {
+    format!(
+        "<div class=\"scroll\">\n<table>\n<thead>\n{head}</thead>\n<tbody>\n{rows}</tbody>\n</table>\n\
+         </div>\n"
+    )
+}
+
+/// Cells of a table's row: `th` or `td` with attributes, each around markup.
+pub fn cells(
+    element: &str,
+    attributes: &str,
+    contents: impl IntoIterator<Item = impl AsRef<str>>,
+) -> String {
+    let mut row = String::new();
+    for content in contents {
+        let content = content.as_ref();
+        append(&mut row, format_args!("<{element}{attributes}>{content}</{element}>"));
+    }
+    row
+}
+
+/// A chart with a name above it.
+pub fn panel(name: &str, chart: &str) -> String {
+    format!("<div>\n<p class=\"panel-name\">{name}</p>\n{chart}</div>\n")
+}
+
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
@@ -71,7 +112,11 @@ pub(super) mod tests {
 
     #[test]
     fn a_page_is_balanced_and_its_title_is_text() {
-        let body = section("a", "1 < 2", &list(&[paragraph("x")]));
+        let body = section("a", "1 < 2", &list(&[paragraph("x")]))
+            + &beside("a", "b", "c", "d")
+            + &legend(&[("k".into(), "w".into())])
+            + &table("<tr><th>h</th></tr>", &format!("<tr>{}</tr>", cells("td", "", ["x", "y"])))
+            + &panel("n", "chart");
         let page = page("<b>", &(body + &definitions(&[("a", "b".into())])));
         assert!(page.contains("<title>&lt;b&gt;</title>") && page.contains("<h2>1 &lt; 2</h2>"));
         assert_balanced(&page);

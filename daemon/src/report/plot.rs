@@ -1,5 +1,7 @@
 //! One chart: axes with ticks and units, and marks in it.
 
+mod shapes;
+
 use super::scale::{Scale, Tick, signed};
 use super::svg::{Escaped, Px, append, dots, polyline};
 
@@ -38,6 +40,12 @@ impl Axis {
     }
 }
 
+/// What stands for a series in a legend, by itself.
+pub fn key(mark: Mark, class: &str) -> String {
+    let sign = mark_markup(mark, class, (11.0, 7.0));
+    format!("<svg class=\"key\" viewBox=\"0 0 22 14\" width=\"22\" height=\"14\">{sign}</svg>")
+}
+
 /// What stands for a series in a legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
@@ -66,15 +74,34 @@ pub struct Plot {
     within: String,
 }
 
+/// Room around the axes, px.
+#[derive(Clone, Copy, Debug)]
+struct Margins {
+    left: f64,
+    top: f64,
+    right: f64,
+    bottom: f64,
+}
+
 const RIGHT_PX: f64 = 18.0;
 const BOTTOM_PX: f64 = 40.0;
 const TOP_PX: f64 = 12.0;
+
+impl Margins {
+    /// Room for labels of y and for what stands above the axes.
+    const fn of(left: f64, top: f64) -> Self {
+        Self { left, top, right: RIGHT_PX, bottom: BOTTOM_PX }
+    }
+
+    /// Room for no labels.
+    const NARROW: Self = Self { left: 2.0, top: 2.0, right: 2.0, bottom: 2.0 };
+}
 
 impl Plot {
     /// Draws the axes; `name` says what the chart shows, for those who cannot see it. Room for the
     /// labels of y is `left` wide.
     pub fn new(name: &str, (width, height): (f64, f64), left: f64, x: &Axis, y: &Axis) -> Self {
-        Self::with_top(name, (width, height), (left, TOP_PX), x, y)
+        Self::within(name, (width, height), Margins::of(left, TOP_PX), (x, y))
     }
 
     /// The same with room for a legend above the axes.
@@ -85,25 +112,25 @@ impl Plot {
         (x, y): (&Axis, &Axis),
         entries: &[(Mark, &str, &str)],
     ) -> Self {
-        let mut plot = Self::with_top(name, (width, height), (left, 30.0), x, y);
+        let mut plot = Self::within(name, (width, height), Margins::of(left, 30.0), (x, y));
         plot.legend(entries);
         plot
     }
 
-    fn with_top(
+    fn within(
         name: &str,
         (width, height): (f64, f64),
-        (left, top): (f64, f64),
-        x: &Axis,
-        y: &Axis,
+        margins: Margins,
+        (x, y): (&Axis, &Axis),
     ) -> Self {
+        let Margins { left, top, right, bottom } = margins;
         let mut plot = Self {
             name: name.into(),
             width,
             height,
             left,
             top,
-            inner: (width - left - RIGHT_PX, height - top - BOTTOM_PX),
+            inner: (width - left - right, height - top - bottom),
             x: x.scale,
             y: y.scale,
             around: String::new(),
@@ -114,13 +141,33 @@ impl Plot {
         plot
     }
 
-    /// A square chart whose two axes have one scale, so that circles are round.
-    pub fn square(name: &str, side: f64, (x, y): (&str, &str), reach: f64) -> Self {
-        let scale = Scale::Linear(-reach, reach);
-        let (x, y) = (Axis::new(x, scale, 5), Axis::new(y, scale, 5));
+    /// A square chart about the origin whose two axes have one scale, so that circles are round.
+    pub fn square(name: &str, side: f64, labels: (&str, &str), reach: f64) -> Self {
+        Self::alike(name, side, labels, ((0.0, 0.0), reach))
+    }
+
+    /// A square chart whose two axes have one scale, from a middle as far as `reach` to all sides.
+    pub fn alike(
+        name: &str,
+        side: f64,
+        labels: (&str, &str),
+        ((x, y), reach): ((f64, f64), f64),
+    ) -> Self {
+        let axis = |label, at: f64| Axis::new(label, Scale::Linear(at - reach, at + reach), 5);
+        let (x, y) = (axis(labels.0, x), axis(labels.1, y));
         let left = 46.0;
         let height = side - left - RIGHT_PX + TOP_PX + BOTTOM_PX;
         Self::new(name, (side, height), left, &x, &y)
+    }
+
+    /// The same without ticks and labels, for a projection that has axes of its own.
+    pub fn picture(name: &str, side: f64, ((x, y), reach): ((f64, f64), f64)) -> Self {
+        let axis = |at: f64| Axis {
+            label: String::new(),
+            scale: Scale::Linear(at - reach, at + reach),
+            ticks: Vec::new(),
+        };
+        Self::within(name, (side, side), Margins::NARROW, (&axis(x), &axis(y)))
     }
 
     /// Dots.

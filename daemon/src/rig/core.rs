@@ -209,7 +209,7 @@ impl RigCore {
         let shift = time - reading.sensor_time;
         for aid in from.aids.recorded(reading).into_iter().flatten() {
             let measurement = point.measured(aid.measurement);
-            let aid = Aid { time: aid.time + shift, measurement };
+            let aid = Aid { time: aid.time + shift, measurement, ..aid };
             from.counts.aiding_invalid += u64::from(from.aids.push(aid, time).is_err());
         }
     }
@@ -228,6 +228,11 @@ impl RigCore {
     /// A measurement by others could not even be read.
     pub fn count_invalid_aid(&mut self, member: Option<usize>) {
         self.queue_of(member).1.aiding_invalid += 1;
+    }
+
+    /// A measurement against another camera, which a rig is not taken to.
+    pub fn count_refused_aid(&mut self, member: Option<usize>) {
+        self.queue_of(member).1.aiding_refused += 1;
     }
 
     fn queue_of(&mut self, member: Option<usize>) -> (&mut AidQueue, &mut CoreCounts) {

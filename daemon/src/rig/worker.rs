@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use lodestone_fusion::SensorTime;
 use lodestone_fusion::rig::{GradientVerdict, MAX_MEMBERS, MemberStatus, RigReport};
-use lodestone_schema::{Aiding, CalibratedSample, LaneState, Pose, Status, Validity};
+use lodestone_schema::{
+    Aiding, AnchorRefusal, CalibratedSample, LaneState, Pose, Status, Validity,
+};
 
 use super::core::{RigCore, RigStep};
 use super::gradient_csv::verdict_name;
@@ -147,8 +149,14 @@ impl<P: Publish> RigWorker<P> {
     pub fn hear(&mut self, member: Option<usize>, message: &Aiding) {
         let pose = member.map_or(&self.out.body, |member| &self.out.members[member]).pose;
         let to = Addressee { camera_id: pose.camera_id, world_epoch: pose.world_epoch };
+        if message.anchor != 0 {
+            // Where a camera sits on its rig is configured; the rig as a whole is nobody's follower.
+            let told = member.map_or(&self.out.body, |member| &self.out.members[member]);
+            told.outlet.board.set_anchor_refusal(AnchorRefusal::OfRig);
+            return self.core.count_refused_aid(member);
+        }
         // The common clock is the host's.
-        match understood(message, SensorTime::from_nanos(message.time_ns), to) {
+        match understood(message, SensorTime::from_nanos(message.time_ns), to, None) {
             Some(aid) => self.core.aid(member, aid),
             None => self.core.count_invalid_aid(member),
         }
@@ -197,7 +205,7 @@ impl<P: Publish> RigWorker<P> {
     }
 
     /// One bit for each member that counts.
-    fn members_in_use(&self) -> u64 {
+    fn members_in_use(&self) -> u32 {
         let counts = |k: &usize| self.core.status(*k).exclusion.is_none();
         (0..self.present.len()).filter(counts).fold(0, |bits, k| bits | 1 << k)
     }

@@ -143,6 +143,7 @@ impl LaneMonitor {
         health.real_time_refused = self.board.roster.refused().bits();
         health.state = state.code();
         health.alignment_wait = self.board.alignment_wait().code();
+        health.anchor_refusal = self.board.anchor_refusal().code();
         health.members_in_use = self.board.members_in_use();
         health.status = latest.status.bits();
         health.validity = latest.validity.bits();

@@ -10,9 +10,9 @@ mod latest;
 mod status;
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
-use lodestone_schema::{AlignmentWait, LaneState};
+use lodestone_schema::{AlignmentWait, AnchorRefusal, LaneState};
 
 pub use counter::{Counter, CounterValues, LaneCounters};
 pub use histogram::{Histogram, LatencySummary};
@@ -38,7 +38,8 @@ pub struct LaneBoard {
     pub roster: Arc<Roster>,
     state: AtomicU8,
     alignment_wait: AtomicU8,
-    members_in_use: AtomicU64,
+    anchor_refusal: AtomicU8,
+    members_in_use: AtomicU32,
 }
 
 impl LaneBoard {
@@ -73,13 +74,24 @@ impl LaneBoard {
         self.alignment_wait.store(wait.code(), Ordering::Relaxed);
     }
 
+    /// Why the last measurement against another camera was not used.
+    pub fn anchor_refusal(&self) -> AnchorRefusal {
+        let code = self.anchor_refusal.load(Ordering::Relaxed);
+        AnchorRefusal::from_code(code).unwrap_or(AnchorRefusal::None)
+    }
+
+    /// Says why the last measurement against another camera was not used.
+    pub fn set_anchor_refusal(&self, refusal: AnchorRefusal) {
+        self.anchor_refusal.store(refusal.code(), Ordering::Relaxed);
+    }
+
     /// One bit for each member of a rigid body in use; 0 for a camera.
-    pub fn members_in_use(&self) -> u64 {
+    pub fn members_in_use(&self) -> u32 {
         self.members_in_use.load(Ordering::Relaxed)
     }
 
     /// Says which members of a rigid body are in use.
-    pub fn set_members_in_use(&self, bits: u64) {
+    pub fn set_members_in_use(&self, bits: u32) {
         self.members_in_use.store(bits, Ordering::Relaxed);
     }
 

@@ -2,8 +2,12 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use lodestone_fusion::relative::Tied;
+
 use super::founding::{self, Founding};
 use super::motion::{self, Motion};
+use super::tie::{self, TieReport};
+use crate::seqlock::SeqLock;
 use crate::triple_buffer::TripleBuffer;
 
 /// How far the world is, as one atomic word says it.
@@ -33,7 +37,8 @@ pub struct WorldFrame {
 #[derive(Debug)]
 struct Member {
     founding: TripleBuffer<{ founding::WORDS }>,
-    motion: TripleBuffer<{ motion::WORDS }>,
+    motion: SeqLock<{ motion::WORDS }>,
+    tie: SeqLock<{ tie::WORDS }>,
 }
 
 const FIXED: u64 = 1 << 16;
@@ -75,7 +80,8 @@ impl WorldFrame {
     pub fn new(members: usize, phase: WorldPhase) -> Self {
         let member = |_| Member {
             founding: TripleBuffer::new(&[0; founding::WORDS]),
-            motion: TripleBuffer::new(&[0; motion::WORDS]),
+            motion: SeqLock::new(&[0; motion::WORDS]),
+            tie: SeqLock::new(&[0; tie::WORDS]),
         };
         Self { word: AtomicU64::new(phase.to_word()), members: (0..members).map(member).collect() }
     }
@@ -137,9 +143,22 @@ impl WorldFrame {
         }
     }
 
-    /// Where a member was last and how it moved; `None` before its first pose.
+    /// Where a member was last and how it moved; `None` before its first pose. Without a lock.
     pub fn motion(&self, member: usize) -> Option<Motion> {
-        Motion::from_words(&self.members.get(member)?.motion.read())
+        Motion::from_words(&self.members.get(member)?.motion.read()?)
+    }
+
+    /// Reports to whom a member is tied at the instant of a motion, if it is; by the member's lane alone.
+    /// Wait-free.
+    pub fn report_tie(&self, member: usize, motion: &Motion, tied: Option<&Tied>) {
+        let (Some(member), Some(tied)) = (self.members.get(member), tied) else { return };
+        let report = TieReport { time_ns: motion.time_ns, epoch: motion.epoch, tied: *tied };
+        member.tie.report(&report.to_words());
+    }
+
+    /// To whom a member was tied last. Without a lock.
+    pub(super) fn tie(&self, member: usize) -> Option<TieReport> {
+        TieReport::from_words(&self.members.get(member)?.tie.read()?)
     }
 }
 

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use lodestone_fusion::{Estimate, Estimator, HeadingOrigin, PositionOrigin};
+use lodestone_fusion::{Anchor, Estimate, Estimator, HeadingOrigin, PositionOrigin};
 use lodestone_schema::DistanceSource;
 
+use super::anchor::anchor_now;
 use super::founding::Founding;
 use super::frame::{WorldFrame, WorldPhase};
 use crate::reading::HostTime;
@@ -210,6 +211,12 @@ impl Membership {
         let speeds = last.velocity * last.velocity + DVec3::splat(unseen * unseen);
         let moved = last.velocity_covariance + DMat3::from_diagonal(speeds);
         Place { covariance: last.place.covariance + moved * (away_s * away_s), ..last.place }
+    }
+
+    /// The member that this one is measured against, as it is now, and the time of its pose, ns; `None` if it
+    /// cannot be followed.
+    pub fn anchor(&self, anchor: u16, now: HostTime) -> Option<(Anchor, i64)> {
+        anchor_now(&self.frame, anchor, now)
     }
 
     /// Takes note of what a fix that was heard was made with: where it is used, that is where the position

@@ -9,6 +9,7 @@
 //! What is left to agree on is its origin and since when it counts: that is [`WorldFrame`], one atomic
 //! word that lanes look at once a step. A lane never waits for another one.
 
+mod anchor;
 mod founding;
 mod frame;
 mod keeper;
@@ -18,8 +19,12 @@ mod pairs;
 mod store;
 #[cfg(test)]
 mod tests;
+mod tie;
+mod ties;
 mod tree;
+mod words;
 
+pub use anchor::anchor_for;
 pub use founding::Founding;
 pub use frame::{WorldFrame, WorldPhase};
 pub(crate) use keeper::unknown as blank_world;

@@ -1,14 +1,15 @@
 //! Where a member is and how it moves, as its lane reports it for relative poses and for the file.
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::DQuat;
 use lodestone_fusion::relative::{FieldTie, Station};
-use lodestone_fusion::{Estimate, HeadingOrigin, Rotation};
+use lodestone_fusion::{Drift, Estimate, HeadingOrigin, Rotation};
 use lodestone_schema::DistanceSource;
 
 use super::membership::WorldStep;
+use super::words::{DRIFT, Put, Take, triangle};
 
 /// Number of 64-bit words of a [`Motion`].
-pub(super) const WORDS: usize = 39;
+pub(super) const WORDS: usize = 39 + DRIFT;
 
 /// One member at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +24,8 @@ pub struct Motion {
     pub source: DistanceSource,
     /// Pose, motion and covariances.
     pub station: Station,
+    /// How far its errors have moved on.
+    pub drift: Drift,
 }
 
 impl Motion {
@@ -34,95 +37,77 @@ impl Motion {
             heading_known: estimate.heading_origin != HeadingOrigin::Arbitrary,
             source: world.source,
             station: estimate.station(),
+            drift: estimate.drift,
         }
     }
 
     pub(super) fn to_words(self) -> [u64; WORDS] {
         let s = &self.station;
-        let mut words = Words { words: [0; WORDS], next: 0 };
+        let mut words = Put::new();
         // Valid from 1 on, so that a blank report is none.
-        let flags = 1 | u64::from(self.heading_known) << 1 | u64::from(self.source.code()) << 8;
-        words.put(flags | u64::from(self.epoch) << 32);
-        words.put(self.time_ns.cast_unsigned());
-        for number in s.orientation.quaternion().to_array() {
-            words.number(number);
-        }
+        let flags = 1
+            | u64::from(self.heading_known) << 1
+            | u64::from(s.at_rest) << 2
+            | u64::from(self.source.code()) << 8;
+        words.word(flags | u64::from(self.epoch) << 32);
+        words.word(self.time_ns.cast_unsigned());
+        words.numbers(&s.orientation.quaternion().to_array());
         for vector in [s.angular_rate, s.position, s.velocity, s.field.with_orientation_rad2] {
-            for number in vector.to_array() {
-                words.number(number);
-            }
+            words.numbers(&vector.to_array());
         }
         for matrix in [s.orientation_covariance, s.position_covariance, s.velocity_covariance] {
-            for number in triangle(matrix) {
-                words.number(number);
-            }
+            words.numbers(&triangle(matrix));
         }
-        words.number(s.field.variance_rad2);
-        words.number(s.field.prior_variance_rad2);
-        words.number(s.field.way_m);
-        words.words
+        words.numbers(&[s.field.variance_rad2, s.field.prior_variance_rad2, s.field.way_m]);
+        words.drift(&self.drift);
+        words.done()
     }
 
     /// `None` while nothing was reported.
     pub(super) fn from_words(words: &[u64; WORDS]) -> Option<Self> {
-        let flags = words[0];
+        let mut words = Take::new(words);
+        let flags = words.word();
         let source = DistanceSource::from_code((flags >> 8) as u8)?;
-        let number = |at: usize| f64::from_bits(words[at]);
-        let three = |at: usize| DVec3::new(number(at), number(at + 1), number(at + 2));
-        let matrix = |at: usize| symmetric(core::array::from_fn(|k| number(at + k)));
-        let orientation = DQuat::from_xyzw(number(2), number(3), number(4), number(5));
+        let time_ns = words.word().cast_signed();
+        let orientation =
+            DQuat::from_xyzw(words.number(), words.number(), words.number(), words.number());
+        let [angular_rate, position, velocity, with_orientation_rad2] =
+            [(); 4].map(|()| words.vector());
+        let [orientation_covariance, position_covariance, velocity_covariance] =
+            [(); 3].map(|()| words.symmetric());
         let station = Station {
             orientation: Rotation::from_quaternion(orientation)?,
-            angular_rate: three(6),
-            position: three(9),
-            velocity: three(12),
-            orientation_covariance: matrix(18),
-            position_covariance: matrix(24),
-            velocity_covariance: matrix(30),
+            angular_rate,
+            position,
+            velocity,
+            at_rest: flags & 4 != 0,
+            orientation_covariance,
+            position_covariance,
+            velocity_covariance,
             field: FieldTie {
-                with_orientation_rad2: three(15),
-                variance_rad2: number(36),
-                prior_variance_rad2: number(37),
-                way_m: number(38),
+                with_orientation_rad2,
+                variance_rad2: words.number(),
+                prior_variance_rad2: words.number(),
+                way_m: words.number(),
             },
         };
         (flags & 1 == 1).then_some(Self {
-            time_ns: words[1].cast_signed(),
+            time_ns,
             epoch: (flags >> 32) as u32,
             heading_known: flags & 2 != 0,
             source,
             station,
+            drift: words.drift(),
         })
     }
 }
 
-struct Words {
-    words: [u64; WORDS],
-    next: usize,
-}
-
-impl Words {
-    fn put(&mut self, word: u64) {
-        self.words[self.next] = word;
-        self.next += 1;
-    }
-
-    fn number(&mut self, number: f64) {
-        self.put(number.to_bits());
-    }
-}
-
-/// `xx xy xz yy yz zz`.
-pub(super) const fn triangle(m: DMat3) -> [f64; 6] {
-    [m.x_axis.x, m.y_axis.x, m.z_axis.x, m.y_axis.y, m.z_axis.y, m.z_axis.z]
-}
-
-fn symmetric([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> DMat3 {
-    DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz))
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+    use lodestone_fusion::SensorTime;
+
+    use super::super::words::symmetric;
     use super::*;
 
     #[test]
@@ -140,6 +125,7 @@ mod tests {
                 position: DVec3::new(4.0, 5.0, 6.0),
                 position_covariance: matrix(2.0),
                 velocity: DVec3::new(7.0, 8.0, 9.0),
+                at_rest: true,
                 velocity_covariance: matrix(3.0),
                 field: FieldTie {
                     with_orientation_rad2: DVec3::new(10.0, 11.0, 12.0),
@@ -148,6 +134,7 @@ mod tests {
                     way_m: 15.0,
                 },
             },
+            drift: Drift { way_m: 16.0, ..Drift::new(SensorTime::from_nanos(17)) },
         };
         let back = Motion::from_words(&motion.to_words()).unwrap();
         let turned =

@@ -1,12 +1,14 @@
 //! Relative poses of all pairs of cameras.
 
 use lodestone_config::model::{Camera, Config, ValidityBounds};
-use lodestone_fusion::relative::{Mount, Relative, mounted, relative};
+use lodestone_fusion::relative::{Apart, Mount, Relative, Station, mounted, relative, relative_by};
 use lodestone_fusion::{Rotation, SensorTime};
 use lodestone_schema::{DistanceSource, NAME_BYTES, Relative as Message, Validity, to_name};
 
 use super::frame::WorldFrame;
-use super::motion::{Motion, triangle};
+use super::motion::Motion;
+use super::ties;
+use super::words::triangle;
 use crate::lane::Core;
 use crate::reading::HostTime;
 
@@ -90,19 +92,37 @@ impl Pair {
         }
         let motions = [0, 1].map(|which| self.cameras[which].motion(frame, now));
         match motions {
-            [Some(a), Some(b)] if a.epoch == b.epoch => self.fill_from_motions(blank, &a, &b),
+            [Some(a), Some(b)] if a.epoch == b.epoch => {
+                let members = [0, 1].map(|which| self.cameras[which].member);
+                let apart = ties::apart(frame, members, now);
+                self.fill_from_motions(blank, [&a, &b], apart)
+            }
             _ => blank,
         }
     }
 
-    fn fill_from_motions(&self, blank: Message, a: &Motion, b: &Motion) -> Message {
+    fn fill_from_motions(
+        &self,
+        blank: Message,
+        [a, b]: [&Motion; 2],
+        apart: Option<[Apart; 2]>,
+    ) -> Message {
         let time_ns = a.time_ns.max(b.time_ns);
         let behind_s = |motion: &Motion| (time_ns - motion.time_ns) as f64 * 1e-9;
         if behind_s(a).max(behind_s(b)) > LONGEST_CARRY_S {
             return blank;
         }
         let carried = |motion: &Motion| motion.station.carried(behind_s(motion));
-        let found = relative(&carried(a), &carried(b));
+        let (at_a, at_b) = (carried(a), carried(b));
+        let found = match apart {
+            // As surely as they are known where each of them was, and carried since.
+            Some([by_a, by_b]) => relative_by(
+                &at_a,
+                &at_b,
+                [&carried_on(&by_a, a, &at_a), &carried_on(&by_b, b, &at_b)],
+            ),
+            None => relative(&at_a, &at_b),
+        };
         let known = a.heading_known && b.heading_known;
         // Before there is a world, each camera's place is but one to come.
         let found = if a.epoch == 0 { Relative { distance: None, ..found } } else { found };
@@ -171,6 +191,15 @@ pub(super) fn mount_of(camera: &Camera) -> Mount {
         position: camera.mounting.position_m.into(),
         rotation_sigma_rad: camera.mounting.rotation_sigma_deg.to_radians(),
         position_sigma_m: camera.mounting.position_sigma_m,
+    }
+}
+
+/// What carrying a pose to another instant adds to how far it is from another one.
+fn carried_on(apart: &Apart, from: &Motion, to: &Station) -> Apart {
+    Apart {
+        orientation: apart.orientation + to.orientation_covariance
+            - from.station.orientation_covariance,
+        position: apart.position + to.position_covariance - from.station.position_covariance,
     }
 }
 

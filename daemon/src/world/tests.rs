@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use glam::{DMat3, DQuat, DVec3};
 use lodestone_config::model::{AxisMap, Camera, Config, Start};
-use lodestone_fusion::{Accel, Aid, Gyro, Mag, Measurement, SensorTime, so3};
+use lodestone_fusion::{Accel, Aid, Gyro, Mag, Measurement, Rotation, SensorTime, so3};
 use lodestone_schema::DistanceSource;
 
-use super::{Membership, WorldFrame, relative_of};
+use super::{Membership, Motion, WorldFrame, anchor_for, relative_of};
 use crate::lane::{Core, LaneSettings, StepOutput};
 use crate::reading::{HostTime, Reading, RecordedAiding};
 
@@ -250,10 +250,74 @@ fn a_fix_tells_a_camera_that_is_nowhere_where_it_is_and_names_itself() {
         lever_m: DVec3::ZERO,
     };
     cores[1].hear_fix(DistanceSource::CloudRegistration);
-    cores[1].aid(Aid { time: before.time, measurement });
+    cores[1].aid(Aid { time: before.time, measurement, anchor: None });
     let after = second.run(&mut cores[1], 0.1);
     assert_eq!(after.world.source, DistanceSource::CloudRegistration);
     assert!((position(&after) - DVec3::new(4.0, 5.0, 0.5)).length() < 0.01, "{after:?}");
     let sigma = after.estimate.unwrap().position_covariance.x_axis.x.sqrt();
     assert!((sigma - 0.01).abs() < 2e-3, "{sigma}");
+}
+
+/// A yaw, rad, by time, s.
+type Yaw = fn(f64) -> f64;
+
+/// Two cores go on together, each telling the other where it is, as two lanes do.
+fn run_both(frame: &WorldFrame, cores: &mut [Core], cameras: &mut [Turning<Yaw>]) {
+    for _ in 0..100 {
+        for (member, (core, camera)) in cores.iter_mut().zip(&mut *cameras).enumerate() {
+            let step = camera.run(core, 0.003);
+            let Some(estimate) = &step.estimate else { continue };
+            let motion = Motion::of(estimate, step.time.as_nanos(), &step.world);
+            frame.report_motion(member, &motion);
+            frame.report_tie(member, &motion, estimate.tie.as_ref());
+        }
+    }
+}
+
+fn pose(position_m: DVec3, yaw_rad: f64) -> Measurement {
+    Measurement::Pose {
+        position_m,
+        covariance: DMat3::IDENTITY * 1e-5,
+        lever_m: DVec3::ZERO,
+        orientation: Rotation::from_yaw_pitch_roll(yaw_rad, 0.0, 0.0),
+        orientation_covariance: DMat3::IDENTITY * 1e-6,
+    }
+}
+
+fn yaw_rad(core: &Core) -> f64 {
+    core.at_last_reading().expect("aligned").orientation.to_yaw_pitch_roll().0
+}
+
+#[test]
+fn a_camera_that_was_measured_against_another_one_goes_along_with_what_that_one_corrects() {
+    // Given two cameras, the second one measured against the first
+    let (frame, mut cores) = cores(vec![Camera::default(), with_start([0.3, 0.0, 0.0])]);
+    let yaws: [Yaw; 2] = [|_| 0.0, |_| 1.0];
+    let mut cameras = yaws.map(Turning::new);
+    for (core, camera) in cores.iter_mut().zip(&mut cameras) {
+        camera.run(core, 3.0);
+    }
+    run_both(&frame, &mut cores, &mut cameras);
+    let time = cores[1].at_last_reading().unwrap().time;
+    let now = HostTime::from_nanos(time.as_nanos());
+    let anchor = Some(anchor_for(&frame, 1, 0, (now, now)).expect("it is one"));
+    let (at_m, turned) = (DVec3::new(0.31, 0.0, 0.0), yaw_rad(&cores[0]) + 1.01);
+    cores[1].aid(Aid { time, measurement: pose(at_m, turned), anchor });
+    run_both(&frame, &mut cores, &mut cameras);
+    assert_eq!(cores[1].counts().aiding_used, 1, "{:?}", cores[1].counts());
+    let measured = relative_of(&cores[0], &cores[1]).unwrap();
+    assert!((measured.orientation.to_yaw_pitch_roll().0 - 1.01).abs() < 3e-3, "{measured:?}");
+    // When the first one learns by a fix of its own that it is turned
+    let (time, before) = (cores[0].at_last_reading().unwrap().time, yaw_rad(&cores[0]));
+    let elsewhere = pose(DVec3::ZERO, before + 0.02);
+    cores[0].aid(Aid { time, measurement: elsewhere, anchor: None });
+    run_both(&frame, &mut cores, &mut cameras);
+    let turned = yaw_rad(&cores[0]) - before;
+    assert!(turned > 0.015, "{turned} {:?}", cores[0].counts());
+    // Then the second one has turned with it, and about it
+    let after = relative_of(&cores[0], &cores[1]).unwrap();
+    let apart = after.orientation.quaternion() * measured.orientation.quaternion().conjugate();
+    assert!(so3::log(apart).length() < 1e-3, "{}", so3::log(apart));
+    let [before, after] = [measured, after].map(|r| r.distance.unwrap().vector);
+    assert!((after - before).length() < 1e-3, "{before} {after}");
 }

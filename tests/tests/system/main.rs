@@ -8,6 +8,7 @@ mod broad;
 mod check;
 mod consumers;
 mod damaged_recordings;
+mod demo;
 mod realtime;
 mod replay;
 mod rig;

@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use crate::aid_status::AidKind;
+use crate::drift::Drift;
 use crate::frame::{Body, Rotation, World};
 use crate::time::SensorTime;
 use crate::update::vector::inverse_root;
@@ -48,6 +49,32 @@ pub enum Measurement {
         /// Of a small turn about the world's axes, rad².
         orientation_covariance: DMat3,
     },
+}
+
+/// A camera against which another one was measured, at that instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Anchor {
+    /// Tells one from another.
+    pub id: u16,
+    /// Position in the world, m.
+    pub position_m: DVec3,
+    /// Covariance of its orientation about the world's axes, all of it, rad².
+    pub orientation_covariance: DMat3,
+    /// Covariance of its position, m².
+    pub position_covariance: DMat3,
+    /// What it has drifted so far.
+    pub drift: Drift,
+}
+
+impl Anchor {
+    /// Whether every number is one that an anchor can have. It may know all about itself.
+    fn is_sound(&self) -> bool {
+        let diagonal = |c: DMat3| DVec3::new(c.x_axis.x, c.y_axis.y, c.z_axis.z);
+        let covariance = |c: DMat3| c.is_finite() && diagonal(c).min_element() >= 0.0;
+        self.position_m.length() <= FARTHEST_M
+            && covariance(self.orientation_covariance)
+            && covariance(self.position_covariance)
+    }
 }
 
 /// What lies further from the origin is no place in a world with one vertical, nor could a kept world hold it, m.
@@ -105,4 +132,15 @@ pub struct Aid {
     pub time: SensorTime,
     /// What it says.
     pub measurement: Measurement,
+    /// The camera against which a pose was measured, and whose own gives it in the world: its covariances are
+    /// then those of the measurement alone. Nothing else can have one.
+    pub anchor: Option<Anchor>,
+}
+
+impl Aid {
+    /// Whether every number is one that a measurement can have.
+    pub(crate) fn is_sound(&self) -> bool {
+        let is_pose = matches!(self.measurement, Measurement::Pose { .. });
+        self.measurement.is_sound() && self.anchor.is_none_or(|anchor| is_pose && anchor.is_sound())
+    }
 }

@@ -6,9 +6,10 @@ use super::place::is_position_known;
 use super::{Estimator, HeadingOrigin};
 use crate::aid_status::{AidStatus, PositionOrigin};
 use crate::covariance::{DEVIATION, ORIENTATION, POSITION, VELOCITY};
+use crate::drift::Drift;
 use crate::frame::{Body, Rotation, World};
 use crate::grid::Increment;
-use crate::relative::{FieldTie, Station};
+use crate::relative::{FieldTie, Station, Tied};
 use crate::so3;
 use crate::state::State;
 use crate::time::{SensorSpan, SensorTime};
@@ -36,6 +37,10 @@ pub struct Estimate {
     pub velocity_covariance: DMat3,
     /// How the orientation's error hangs on the field at this place.
     pub field: FieldTie,
+    /// What its errors have in common with another camera's, against which it was measured.
+    pub tie: Option<Tied>,
+    /// How far its errors have moved on.
+    pub drift: Drift,
     /// Where the heading comes from.
     pub heading_origin: HeadingOrigin,
     /// Where the position comes from.
@@ -73,6 +78,7 @@ impl Estimate {
             position_covariance: self.position_covariance,
             velocity: self.velocity,
             velocity_covariance: self.velocity_covariance,
+            at_rest: self.at_rest,
             field: self.field,
         }
     }
@@ -113,10 +119,12 @@ impl Estimator {
             velocity: state.velocity + gain,
             angular_rate,
             specific_force,
-            orientation_covariance: self.orientation_covariance(block(ORIENTATION)),
+            orientation_covariance: self.orientation_covariance(state),
             position_covariance: block(POSITION),
             velocity_covariance: block(VELOCITY),
             field: self.field_tie(state),
+            tie: Tied::of(state),
+            drift: state.drift,
             heading_origin: self.aids.heading_origin,
             position_origin: aids.position_origin(),
             aids,
@@ -126,12 +134,18 @@ impl Estimator {
         })
     }
 
-    /// The filter's own covariance, and what no filter learns about a compass.
-    fn orientation_covariance(&self, mut covariance: DMat3) -> DMat3 {
-        let beyond = match self.aids.heading_origin {
-            HeadingOrigin::Arbitrary => core::f64::consts::PI,
-            _ => self.parameters.compass.systematic_sigma_rad,
-        };
+    /// The filter's own covariance, and what no filter learns about a compass, as far as the heading is its
+    /// own: an anchor's has that already.
+    fn orientation_covariance(&self, state: &State) -> DMat3 {
+        let mut covariance = state.covariance.block(ORIENTATION, ORIENTATION);
+        let own =
+            state.tie.as_ref().map_or(1.0, |tie| (1.0 - tie.shares.of_heading()).clamp(0.0, 1.0));
+        let beyond = own
+            * match self.aids.heading_origin {
+                HeadingOrigin::Arbitrary => core::f64::consts::PI,
+                HeadingOrigin::PoseFix => 0.0,
+                _ => self.parameters.compass.systematic_sigma_rad,
+            };
         covariance.z_axis.z += beyond * beyond;
         covariance
     }

@@ -12,6 +12,9 @@ pub struct Stillness {
 /// Detection of standstill over a sliding window, and what a standstill is worth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestParameters {
+    /// Whether a standstill corrects the filter. False for what is never known to stand, such as a camera
+    /// aboard a ship, and to see what the filter does by itself. Default true.
+    pub enabled: bool,
     /// Length of the window, s; a tenth of it lies between two decisions. Short reacts fast, long is
     /// rarely fooled by slow motion. Default 0.5.
     pub window_s: f64,
@@ -32,6 +35,7 @@ pub struct RestParameters {
 impl Default for RestParameters {
     fn default() -> Self {
         Self {
+            enabled: true,
             window_s: 0.5,
             stillness: Stillness { rate_sigma_rad_s: 0.02, force_sigma_m_s2: 0.15 },
             threshold: 1.0,
@@ -50,6 +54,7 @@ impl RestParameters {
 
     /// How still a foot gets on which somebody stands, and how sure one may be then that it does not turn.
     pub(super) const FOOT: Self = Self {
+        enabled: true,
         window_s: 0.5,
         stillness: Stillness { rate_sigma_rad_s: 0.05, force_sigma_m_s2: 0.2 },
         threshold: 2.0,

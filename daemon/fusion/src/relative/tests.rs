@@ -21,6 +21,7 @@ fn station(seed: u64, orientation: DQuat, position: DVec3) -> Station {
         position_covariance: covariance(&mut random, 0.1),
         velocity: random.vector(1.0),
         velocity_covariance: covariance(&mut random, 0.1),
+        at_rest: false,
         field: FieldTie {
             with_orientation_rad2: DVec3::ZERO,
             variance_rad2: 1.2e-3,

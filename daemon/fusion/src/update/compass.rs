@@ -321,14 +321,14 @@ impl Compass {
         let disturbed = !bent && self.expected.is_some_and(|e| e.is_doubted(p.patience_s));
         match parameters.heading {
             HeadingMode::InitialOnly => unused,
-            HeadingMode::Continuous => steer(state, &ph, *residual, expected + variance),
+            HeadingMode::Continuous => steer(state, (row, &ph), *residual, expected + variance),
             HeadingMode::Adaptive if disturbed || !bent && self.refuses(excess, span_s, p) => {
                 unused
             }
             HeadingMode::Adaptive => Outcome {
                 used: excess <= REFUSED,
                 nis,
-                ..steer(state, &ph, *residual, expected + variance * excess.max(1.0))
+                ..steer(state, (row, &ph), *residual, expected + variance * excess.max(1.0))
             },
         }
     }
@@ -368,20 +368,24 @@ impl Compass {
 /// gyroscope bias.
 ///
 /// Tilt and everything that hangs on it are considered, not learnt (Schmidt's consider states):
-/// their part in the innovation is counted, and their correlations are kept. Takes `P h` and the
+/// their part in the innovation is counted, and their correlations are kept. Takes `h`, `P h` and the
 /// innovation's variance, rad².
-fn steer(state: &mut State, ph: &Row, residual: f64, innovation: f64) -> Outcome {
+fn steer(state: &mut State, (row, ph): (&Row, &Row), residual: f64, innovation: f64) -> Outcome {
     let mut gain = [0.0; STATES];
+    let own = state.own_part(row, ph);
     for learnt in LEARNT {
-        gain[learnt] = ph[learnt] / innovation;
+        gain[learnt] = own[learnt] / innovation;
     }
     // Of the gyroscope's bias only what turns the heading: the rest would be learnt from how a tilt
     // shows in the bearing.
     let up = state.orientation.conjugate() * DVec3::Z;
-    let bias = DVec3::from_slice(&ph[GYRO_BIAS.0..GYRO_BIAS.0 + 3]);
+    let bias = DVec3::from_slice(&own[GYRO_BIAS.0..GYRO_BIAS.0 + 3]);
     let vertical = up * (up.dot(bias) / innovation);
     gain[GYRO_BIAS.0..GYRO_BIAS.0 + 3].copy_from_slice(&vertical.to_array());
     state.correct(&gain.map(|k| k * residual));
+    if let Some(tie) = &mut state.tie {
+        tie.learn(row, &gain);
+    }
     state.covariance.update_few(ph, &gain, innovation);
     Outcome { residual, nis: residual * residual / innovation, used: true }
 }

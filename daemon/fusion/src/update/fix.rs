@@ -36,6 +36,12 @@ pub(crate) fn orientation_residual(past: &Past, measured: DQuat) -> DVec3 {
     so3::log(measured * past.orientation.conjugate())
 }
 
+/// Angle about up from the expected to the measured orientation, rad: the twist of their difference.
+pub(crate) fn heading_residual(past: &Past, measured: DQuat) -> f64 {
+    let turn = measured * past.orientation.conjugate();
+    2.0 * libm::atan2(turn.z, turn.w)
+}
+
 /// Rows of the Jacobian of an orientation.
 pub(crate) fn orientation_rows() -> [Row; 3] {
     core::array::from_fn(|k| unit_row(ORIENTATION, k))

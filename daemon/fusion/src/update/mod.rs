@@ -1,5 +1,6 @@
 //! Measurement updates: one file each, its gate beside its residual and Jacobian.
 
+pub(crate) mod anchored;
 pub(crate) mod belief;
 pub mod compass;
 pub(crate) mod fix;
@@ -27,11 +28,14 @@ pub struct Outcome {
 
 /// Applies one scalar measurement `residual = h · error + noise` with the optimal gain.
 pub(crate) fn apply(state: &mut State, h: &Row, residual: f64, variance: f64) -> Outcome {
+    if state.is_held() {
+        return apply_considering(state, h, (residual, variance), |_| false);
+    }
     let ph = state.covariance.times(h);
     let innovation_variance = dot(h, &ph) + variance;
     let gain = residual / innovation_variance;
     state.correct(&ph.map(|x| x * gain));
-    state.covariance.deflate(&ph, innovation_variance);
+    state.learn(h, &ph, innovation_variance);
     Outcome { residual, nis: residual * gain, used: true }
 }
 
@@ -39,7 +43,7 @@ pub(crate) fn apply(state: &mut State, h: &Row, residual: f64, variance: f64) ->
 const HEADING: usize = ORIENTATION.0 + 2;
 /// Variance of the heading from which it counts as unknown, rad²: 1σ of 18°, where sine and tangent
 /// of the error begin to differ.
-const UNKNOWN_HEADING: f64 = 0.1;
+pub(crate) const UNKNOWN_HEADING: f64 = 0.1;
 
 /// Applies one scalar measurement that cannot see the heading: of gravity, of standstill.
 ///
@@ -73,10 +77,11 @@ fn apply_considering(
 ) -> Outcome {
     let ph = state.covariance.times(h);
     let innovation_variance = dot(h, &ph) + variance;
+    let own = state.own_part(h, &ph);
     let gain: Row =
-        core::array::from_fn(|k| if is_spared(k) { 0.0 } else { ph[k] / innovation_variance });
+        core::array::from_fn(|k| if is_spared(k) { 0.0 } else { own[k] / innovation_variance });
     state.correct(&gain.map(|x| x * residual));
-    state.covariance.update_with_gain(&ph, &gain, innovation_variance);
+    state.learn_by(h, &ph, &gain, innovation_variance);
     Outcome { residual, nis: residual * residual / innovation_variance, used: true }
 }
 

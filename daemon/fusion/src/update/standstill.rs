@@ -139,7 +139,7 @@ impl Standstill {
         p: &Parameters,
     ) -> Option<Outcome> {
         let (interval_s, sigma_m_s) = (p.rest.interval_s(), p.rest.velocity_sigma_m_s);
-        let quiet = window.is_rest(standing, &p.rest);
+        let quiet = p.rest.enabled && window.is_rest(standing, &p.rest);
         let timing = (interval_s, around.velocity_is_measured);
         self.at_rest = quiet && self.belief.holds(state, window, sigma_m_s, timing);
         if !quiet {
@@ -197,6 +197,9 @@ pub(crate) fn restart_leaky_velocity(state: &mut State, sigma_m_s: f64) {
     state.leaky_velocity = DVec3::ZERO;
     let variance = DMat3::from_diagonal(DVec3::splat(sigma_m_s * sigma_m_s));
     state.covariance.set_independent(LEAKY_VELOCITY, variance);
+    if let Some(tie) = &mut state.tie {
+        (0..3).for_each(|k| tie.shares.scale(LEAKY_VELOCITY.0 + k, 0.0));
+    }
 }
 
 /// The mean rate over the window, rad/s in the body, is the bias.

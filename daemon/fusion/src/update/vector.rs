@@ -59,10 +59,10 @@ impl<const N: usize> Whitened<N> {
             let mut gain = ph.map(|x| x / variance);
             let left = residual - dot(row, &correction);
             if state.covariance.variance(HEADING) < UNKNOWN_HEADING {
-                state.covariance.deflate(&ph, variance);
+                state.learn(row, &ph, variance);
             } else {
                 gain[HEADING] = 0.0;
-                state.covariance.update_with_gain(&ph, &gain, variance);
+                state.learn_by(row, &ph, &gain, variance);
             }
             for (sum, k) in correction.iter_mut().zip(&gain) {
                 *sum += k * left;

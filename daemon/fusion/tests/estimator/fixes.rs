@@ -172,6 +172,9 @@ fn a_pose_corrects_position_and_orientation() {
     assert!(ride.position_error().length() < 0.15, "{}", ride.position_error());
     let turn = so3::log(ride.car.orientation * estimate.orientation.quaternion().conjugate());
     assert!(turn.length() < 5e-3, "{turn}");
+    // And is as sure as sixty of them make it.
+    let sigma = estimate.position_covariance.x_axis.x.sqrt();
+    assert!(sigma < 0.05, "{sigma}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The estimator as its user sees it: stories, hostile streams, honesty of the covariance.
 
+mod anchored;
 mod city;
 mod consistency;
 mod fixes;

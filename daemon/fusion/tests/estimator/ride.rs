@@ -98,7 +98,7 @@ impl Ride {
 
     pub(crate) fn offer(&mut self, measurement: Measurement, age_s: f64) -> AidReport {
         let age = SensorSpan::from_nanos(-(age_s * 1e9).round() as i64);
-        self.filter.aid(&Aid { time: self.now + age, measurement })
+        self.filter.aid(&Aid { time: self.now + age, measurement, anchor: None })
     }
 
     pub(crate) fn estimate(&self) -> Estimate {

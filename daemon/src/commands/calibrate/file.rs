@@ -60,7 +60,7 @@ pub(super) fn write(
     serial: u64,
     outcome: &Outcome,
 ) -> Result<(), WriteError> {
-    let text = text(&calibration(serial, args.mounting.clone(), outcome))?;
+    let text = text(&calibration_of(serial, args.mounting.clone(), outcome))?;
     let io = |source| WriteError::Io { path: out.into(), source };
     let mut beside = out.as_os_str().to_owned();
     beside.push(format!(".{}.new", std::process::id()));
@@ -95,7 +95,12 @@ fn text(calibration: &Calibration) -> Result<String, WriteError> {
     Ok(text)
 }
 
-fn calibration(serial: u64, mounting: Option<String>, outcome: &Outcome) -> Calibration {
+/// What was found out, as a file has it.
+pub(crate) fn calibration_of(
+    serial: u64,
+    mounting: Option<String>,
+    outcome: &Outcome,
+) -> Calibration {
     Calibration {
         serial,
         date: today(),

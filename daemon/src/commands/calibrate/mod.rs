@@ -23,7 +23,8 @@ use crate::service::instance::InstanceError;
 use crate::source::SourceError;
 pub use file::WriteError;
 pub use guidance::Guidance;
-// What is evaluated is this command's calibration, not one that resembles it.
+// What is evaluated and shown is this command's calibration, not one that resembles it.
+pub(crate) use file::calibration_of;
 pub(crate) use live::sample;
 pub(crate) use settings::of as settings_of;
 

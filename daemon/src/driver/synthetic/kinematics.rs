@@ -86,10 +86,11 @@ pub(crate) struct Seat {
 /// Half the span over which the angular acceleration is taken, s.
 const SWING_S: f64 = 1e-4;
 
-/// A trajectory that begins at the origin of W, and where on what moves along it the camera sits.
+/// A trajectory that begins at a place in W, and where on what moves along it the camera sits.
 #[derive(Clone)]
 pub(crate) struct Mover {
     trajectory: Arc<dyn Trajectory>,
+    /// The origin of W in the trajectory's own axes.
     origin: DVec3,
     seat: Option<Seat>,
 }
@@ -101,9 +102,19 @@ impl Mover {
         Self { trajectory, origin, seat: None }
     }
 
+    /// The same, beginning elsewhere in W, m.
+    pub(crate) fn beginning_at(self, place: DVec3) -> Self {
+        Self { origin: self.origin + self.at(0.0).position - place, ..self }
+    }
+
     /// The same for a camera on the moving body.
     pub(crate) fn seated(self, seat: Seat) -> Self {
         Self { seat: Some(seat), ..self }
+    }
+
+    /// The moving body itself.
+    pub(crate) fn unseated(self) -> Self {
+        Self { seat: None, ..self }
     }
 
     /// The motion at a time since the beginning, s.

@@ -33,6 +33,8 @@ mod transport;
 mod truth;
 
 #[cfg(test)]
+mod beginning_tests;
+#[cfg(test)]
 mod tests;
 
 use std::time::Duration;
@@ -269,12 +271,31 @@ fn mover(camera: &Camera, leader: Option<&Camera>, own: &Synthetic) -> Mover {
         let mut drawn = Stream::Trajectory.of(synthetic.seed);
         Mover::new(trajectory::build(synthetic, &mut drawn))
     };
-    let Some(leader) = leader else { return moves(own) };
+    let Some(leader) = leader else { return beginning(moves(own), camera, own.position_m) };
+    let leading = leader.synthetic.clone().unwrap_or_default();
+    beginning(moves(&leading).seated(seat(leader)), leader, leading.position_m).seated(seat(camera))
+}
+
+/// Moves the way of a body to where it truly begins: to the given place, else to where the camera, seated
+/// as it is, stands at its start; else it begins at the origin.
+fn beginning(mover: Mover, camera: &Camera, body_m: Option<[f64; 3]>) -> Mover {
+    let start_m = || camera.start.map(|start| DVec3::from_array(start.position_m));
+    match body_m {
+        Some(place_m) => mover.unseated().beginning_at(place_m.into()),
+        None => match start_m() {
+            Some(place_m) => mover.beginning_at(place_m),
+            None => mover,
+        },
+    }
+}
+
+/// Where a camera sits on its body.
+fn seat(camera: &Camera) -> Seat {
     let [roll, pitch, yaw] = camera.mounting.roll_pitch_yaw_deg.map(f64::to_radians);
-    moves(&leader.synthetic.clone().unwrap_or_default()).seated(Seat {
+    Seat {
         position: DVec3::from_array(camera.mounting.position_m),
         rotation: Rotation::from_yaw_pitch_roll(yaw, pitch, roll),
-    })
+    }
 }
 
 fn info(camera: &Camera, trajectory: TrajectoryKind) -> DriverInfo {

@@ -9,7 +9,7 @@ use super::kinematics::{Earth, Mover};
 /// The true state of a camera at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
-    /// Position in W, m; the camera begins at the origin.
+    /// Position in W, m; its origin is where the first camera begins.
     pub position_m: DVec3,
     /// Velocity in W, m/s.
     pub velocity_m_s: DVec3,

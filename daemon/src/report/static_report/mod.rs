@@ -1,8 +1,7 @@
-//! The report of `lodestoned evaluate static`.
+//! The static part of the report.
 //!
-//! A reader of the paper finds its table "Stability of the Magnetometer" and its figures
-//! "Calibration of the Magnetic Field Sensor" and "Sensory Ground Truth" again, ours beside the
-//! paper's where it gives numbers.
+//! A reader of the paper finds its figure "Calibration of the Magnetic Field Sensor" and its table
+//! "Stability of the Magnetometer" again, ours beside the paper's where it gives numbers.
 
 mod comparison;
 mod notes;
@@ -14,7 +13,7 @@ pub use table::text as text_table;
 
 use serde::Serialize;
 
-use super::page::{page, paragraph, section};
+use super::page::{paragraph, section};
 use super::scale::signed;
 use crate::evaluation::rest::Rest;
 use crate::evaluation::static_places::{FRESH_RECORDINGS, PlaceResult};
@@ -23,10 +22,6 @@ use crate::evaluation::statistics::Spread;
 /// Everything that a static evaluation found.
 #[derive(Clone, Debug, Serialize)]
 pub struct StaticReport {
-    /// Version of the daemon.
-    pub version: &'static str,
-    /// Seed of the evaluation.
-    pub seed: u64,
     /// Fresh recordings behind every figure with a ±.
     pub fresh_recordings: u32,
     /// The table, row by row.
@@ -37,45 +32,38 @@ pub struct StaticReport {
 
 impl StaticReport {
     /// The report of these places.
-    pub const fn new(seed: u64, places: Vec<PlaceResult>, rest: Rest) -> Self {
-        let version = env!("CARGO_PKG_VERSION");
-        Self { version, seed, fresh_recordings: FRESH_RECORDINGS, places, rest }
+    pub const fn new(places: Vec<PlaceResult>, rest: Rest) -> Self {
+        Self { fresh_recordings: FRESH_RECORDINGS, places, rest }
     }
 
-    /// The whole page.
-    pub fn html(&self) -> String {
-        let mut body = self.head();
-        body += &section("stability", "Stability of the magnetometer", &self.stability());
-        body += &section(
-            "compares",
-            "What compares with the paper, and what does not",
-            &notes::comparable(),
+    /// The paper's figure and table as sections of a page.
+    pub fn sections(&self) -> String {
+        self.calibration()
+            + &section("stability", "Stability of the magnetometer", &self.stability())
+    }
+
+    /// What goes beyond the paper: each place by itself, and the noise of the inertial sensors.
+    pub fn appendix(&self) -> String {
+        let intro = paragraph(
+            "Each place by itself: the field before and after calibration, what is left of its strength, the \
+             heading’s error, and what was assumed.",
         );
-        for result in &self.places {
-            body += &place::section_of(result);
-        }
-        body += &section("rest", "Noise at rest", &rest::markup(&self.rest));
-        body += &section("method", "Method", &notes::method(self));
-        page("Lodestone: static evaluation", &body)
+        let places: String = self.places.iter().map(place::section_of).collect();
+        section("places", "Place by place", &intro)
+            + &places
+            + &section("rest", "Allan deviation at rest", &rest::markup(&self.rest))
     }
 
-    fn head(&self) -> String {
-        let (count, seed, version) = (self.places.len(), self.seed, self.version);
-        let places = match count {
-            1 => "one place".into(),
-            6 => "six places".into(),
-            count => format!("{count} places"),
-        };
-        format!(
-            "<h1>How much calibration steadies the magnetometer</h1>\n\
-             <p class=\"lead\">The static evaluation of Müller and Kranzlmüller, “Dynamic Sensor \
-             Matching based on Geomagnetic Inertial Navigation” (WSCG 2022), repeated in Lodestone’s \
-             synthetic world at {places}.</p>\n\
-             <p class=\"note\">lodestoned {version}, seed {seed}. The same seed gives the same report, \
-             to the byte. Colours of the axes as in the paper: <span class=\"roll\">roll (about \
-             forward) red</span>, <span class=\"pitch\">pitch (about left) green</span>, <span \
-             class=\"yaw\">yaw (about up) blue</span>. Body axes: x forward, y left, z up.</p>\n"
-        )
+    /// How the numbers came about.
+    pub fn method(&self) -> String {
+        notes::method(self)
+    }
+
+    /// The paper's figure of the calibration, at the first place.
+    fn calibration(&self) -> String {
+        let Some(first) = self.places.first() else { return String::new() };
+        let body = place::spheres(first) + &notes::calibration_beside(first);
+        section("calibration", "Calibration of the magnetic field sensor", &body)
     }
 
     fn stability(&self) -> String {
@@ -95,7 +83,10 @@ impl StaticReport {
                  then.",
             );
         }
-        markup + &comparison::figure_of(&self.places)
+        markup
+            + &comparison::figure_of(&self.places)
+            + &notes::stability_beside(&self.places)
+            + &notes::comparable()
     }
 }
 

@@ -203,7 +203,8 @@ fn accepted(result: &PlaceResult, found: &Found) -> String {
     ])
 }
 
-fn spheres(result: &PlaceResult) -> String {
+/// The paper's figure of the calibration, of one place.
+pub(super) fn spheres(result: &PlaceResult) -> String {
     let reach = reach(result);
     let row = |name: &str, trace: &Trace| {
         let panels: String =

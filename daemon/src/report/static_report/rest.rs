@@ -1,4 +1,4 @@
-//! Noise at rest: the paper's figure "Sensory Ground Truth", and its Allan deviation.
+//! Allan deviation of the inertial sensors at rest.
 
 use super::super::page::{figure, paragraph};
 use super::super::plot::{Axis, Mark, Plot};
@@ -37,20 +37,11 @@ pub(super) fn markup(rest: &Rest) -> String {
         walk: noise.gyro_bias_walk_rad_s2_rthz,
     };
     let sensors = [&accelerometer, &gyroscope];
-    let over_time: String = sensors.map(drawn).concat();
     let curves: String = sensors.map(allan).concat();
-    intro(rest)
-        + &figure("pair", &over_time, NOISE_CAPTION)
-        + &figure("pair", &curves, ALLAN_CAPTION)
-        + &table(&sensors)
+    intro(rest) + &figure("pair", &curves, ALLAN_CAPTION) + &table(&sensors)
 }
 
-const NOISE_CAPTION: &str = "<b>The paper’s figure “Sensory Ground Truth”.</b> Left acceleration, right \
-    angular velocity of a camera at rest, less what is really there (gravity): what is left is noise \
-    about an offset, which a filter must estimate, because integrated twice it is a position that \
-    drifts.";
-
-const ALLAN_CAPTION: &str = "<b>Allan deviation of the same recording</b> (overlapping estimator, \
+const ALLAN_CAPTION: &str = "<b>Allan deviation</b> (overlapping estimator, \
     NIST SP 1065 and IEEE 952). White noise falls with slope −½, the random walk of the bias rises with \
     +½. Dashed: √(N²/τ + K²τ/3) of the noise that the synthetic sensors were given. The curves scatter at \
     their right ends, where only some nine averages fit into the recording. The paper shows no such \
@@ -67,21 +58,6 @@ fn intro(rest: &Rest) -> String {
 
 fn legend() -> [(Mark, &'static str, &'static str); 3] {
     AXES.map(|(class, name)| (Mark::Line, class, name))
-}
-
-fn drawn(sensor: &Sensor<'_>) -> String {
-    let points = &sensor.at_rest.drawn;
-    let values = points.iter().flat_map(|(_, value)| value.to_array());
-    let x = Axis::new("time, s", Scale::around(points.iter().map(|(time_s, _)| *time_s)), 6);
-    let label = format!("{}, {}", sensor.name, sensor.unit);
-    let y = Axis::new(&label, Scale::around(values), 6);
-    let name = format!("{} at rest", sensor.name);
-    let mut plot = Plot::with_legend(&name, (520.0, 320.0), 70.0, (&x, &y), &legend());
-    for (axis, (class, _)) in AXES.iter().enumerate() {
-        let line = points.iter().map(|(time_s, value)| (*time_s, value[axis]));
-        plot.line(&format!("thin {class}"), line);
-    }
-    plot.finish()
 }
 
 fn allan(sensor: &Sensor<'_>) -> String {

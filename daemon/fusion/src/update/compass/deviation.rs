@@ -39,6 +39,9 @@ pub(super) fn renew(
     let by_mismatch = p.mismatch_weight * mismatch_rad * mismatch_rad;
     let kept = libm::exp(-renewed);
     state.covariance.scale(DEVIATION, 1, kept);
+    if let Some(tie) = &mut state.tie {
+        tie.shares.scale(DEVIATION, kept);
+    }
     state.covariance.add_variance(DEVIATION, (usual + by_mismatch) * (1.0 - kept * kept));
     state.deviation *= kept;
 }

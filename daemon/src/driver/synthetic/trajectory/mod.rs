@@ -12,6 +12,7 @@ mod path;
 mod plan;
 mod stairs;
 mod standing;
+mod turned;
 mod turning;
 mod walk;
 mod wave;
@@ -48,15 +49,27 @@ pub(crate) trait Trajectory: Send + Sync {
 
 /// The trajectory as configured; the generator draws what distinguishes one camera from another.
 pub(crate) fn build(synthetic: &Synthetic, rng: &mut ChaCha8Rng) -> Arc<dyn Trajectory> {
+    let drawn = drawn(synthetic, rng);
+    match synthetic.heading_deg {
+        Some(heading_deg) => Arc::new(turned::Turned::to(heading_deg.to_radians(), drawn)),
+        None => drawn,
+    }
+}
+
+fn drawn(synthetic: &Synthetic, rng: &mut ChaCha8Rng) -> Arc<dyn Trajectory> {
     let rest_s = synthetic.rest_s;
     match synthetic.trajectory {
-        TrajectoryKind::Standing => Arc::new(standing::Standing::drawn(rng)),
+        TrajectoryKind::Standing => {
+            let [pitch, roll] =
+                [synthetic.pitch_deg, synthetic.roll_deg].map(|angle| angle.map(f64::to_radians));
+            Arc::new(standing::Standing::drawn(rng).tilted(pitch, roll))
+        }
         TrajectoryKind::Walk => Arc::new(walk::Walk::drawn(rest_s, rng)),
-        TrajectoryKind::Stairs => Arc::new(stairs::Stairs::drawn(rest_s, rng)),
+        TrajectoryKind::Stairs => Arc::new(stairs::Stairs::drawn(rest_s, synthetic.halt_s, rng)),
         TrajectoryKind::ModelVehicle => Arc::new(model_vehicle::ModelVehicle::drawn(rest_s, rng)),
         TrajectoryKind::Car => Arc::new(car::Car::drawn(rest_s, rng)),
-        TrajectoryKind::Turns => Arc::new(turning::Turning::turns(rest_s, rng)),
-        TrajectoryKind::Tumble => Arc::new(turning::Turning::tumble(rest_s, rng)),
+        TrajectoryKind::Turns => Arc::new(turning::Turning::turns(rest_s, synthetic.arm_m, rng)),
+        TrajectoryKind::Tumble => Arc::new(turning::Turning::tumble(rest_s, synthetic.arm_m, rng)),
         TrajectoryKind::Circles => {
             Arc::new(circles::Circles::drawn(rest_s, synthetic.tilt_deg.to_radians(), rng))
         }

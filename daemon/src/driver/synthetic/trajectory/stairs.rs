@@ -2,7 +2,8 @@
 //!
 //! The body rises step by step and swings sinusoidally with the stride, as in the paper's
 //! trajectory figure "Climb Stairs". The walker goes up on one side of the stairs and down on the
-//! other, with a turn on each landing and a rest at the top and at the bottom.
+//! other, with a turn on each landing and a rest at the top and at the bottom. The walker may halt on
+//! the landings between two flights as well; that changes when, not where.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -53,12 +54,13 @@ impl Flight {
 }
 
 impl Stairs {
-    /// Draws the staircase's direction and the walker's habits.
-    pub(crate) fn drawn(rest_s: f64, rng: &mut ChaCha8Rng) -> Self {
+    /// Draws the staircase's direction and the walker's habits; on the middle landings the walker halts
+    /// for `halt_s`, if that is above zero.
+    pub(crate) fn drawn(rest_s: f64, halt_s: f64, rng: &mut ChaCha8Rng) -> Self {
         const CHANGE_M_S2: f64 = 0.4;
         let side = drawn_side(rng);
         let speed_m_s = rng.random_range(0.36..0.46);
-        let legs = legs(speed_m_s, side, rng.random_range(2.0..4.0));
+        let legs = legs(speed_m_s, side, (halt_s, rng.random_range(2.0..4.0)));
         let builder = PlanBuilder::after_rest(rest_s, CHANGE_M_S2);
         let (path, plan) = lay(&legs, 1, drawn_heading(rng), builder);
         Self {
@@ -75,17 +77,20 @@ impl Stairs {
 
 /// Two flights up with a left turn between them, then round and down on the other side. The turn
 /// on the middle landing going down is three times as wide, so that the path closes.
-fn legs(speed_m_s: f64, side: f64, pause_s: f64) -> [Leg; 8] {
+fn legs(speed_m_s: f64, side: f64, (halt_s, pause_s): (f64, f64)) -> [Leg; 8] {
     let flight = Segment::straight(RUN_M * STEPS);
     let turn = |radii: f64| Segment::turn(PI * side * radii.signum(), TURN_RADIUS_M * radii.abs());
     let walk = |segment| Leg::through(segment, speed_m_s, speed_m_s);
+    let landing = |segment| {
+        if halt_s > 0.0 { Leg::to_stop(segment, speed_m_s, halt_s) } else { walk(segment) }
+    };
     [
         walk(flight),
-        walk(turn(1.0)),
+        landing(turn(1.0)),
         Leg::to_stop(flight, speed_m_s, pause_s),
         walk(turn(-1.0)),
         walk(flight),
-        walk(turn(-3.0)),
+        landing(turn(-3.0)),
         walk(flight),
         Leg::to_stop(turn(-1.0), speed_m_s, pause_s),
     ]

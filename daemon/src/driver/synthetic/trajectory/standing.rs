@@ -22,6 +22,13 @@ impl Standing {
         let yaw = Jet::constant(drawn_heading(rng));
         Self { pose: PoseJet { position: [Jet::default(); 3], yaw, pitch, roll } }
     }
+
+    /// The same with a pitch (nose down positive) or a roll (right side down positive) that is given, rad.
+    pub(crate) fn tilted(self, pitch_rad: Option<f64>, roll_rad: Option<f64>) -> Self {
+        let pitch = pitch_rad.map_or(self.pose.pitch, Jet::constant);
+        let roll = roll_rad.map_or(self.pose.roll, Jet::constant);
+        Self { pose: PoseJet { pitch, roll, ..self.pose } }
+    }
 }
 
 impl Trajectory for Standing {

@@ -224,6 +224,31 @@ fn the_car_drives_up_to_80_km_h_and_stops_at_lights() {
 }
 
 #[test]
+fn a_walker_who_halts_on_landings_goes_the_same_way_and_truly_stands_there() {
+    let walker = |halt_s: f64| {
+        let trajectory = Stairs;
+        let synthetic = Synthetic { trajectory, rest_s: REST_S, halt_s, ..Synthetic::default() };
+        Mover::new(super::build(&synthetic, &mut Stream::Trajectory.of(3)))
+    };
+    let (on, halting) = (walker(0.0), walker(2.0));
+    is_continuous(Stairs, &halting, 0.0, 80.0);
+    let half = 12.0 * 0.17;
+    let on_landings_s = |mover: &Mover| {
+        let stands = |m: &Motion| m.velocity.length() < 1e-9 && (m.position.z - half).abs() < 0.01;
+        samples(mover, 0.0, 60.0).filter(stands).count() as f64 * SAMPLE_S
+    };
+    let halted_s = on_landings_s(&halting);
+    assert!((halted_s - 4.0).abs() < 0.1, "two halts of two seconds: {halted_s} s");
+    assert!(on_landings_s(&on) < 0.1);
+    // Where one is at the end of the first flight, the other is too.
+    let nearest = |place: DVec3| {
+        samples(&halting, 0.0, 80.0).map(|m| m.position.distance(place)).fold(9.0, f64::min)
+    };
+    let away = [6.0, 9.0, 14.0, 30.0].map(|at| nearest(on.at(at).position));
+    assert!(away.iter().all(|m| *m < 0.003), "{away:?}");
+}
+
+#[test]
 fn the_stairs_go_up_4_m_and_come_back() {
     for seed in 0..10 {
         let all: Vec<_> = samples(&mover(Stairs, seed), 0.0, 120.0).collect();

@@ -9,8 +9,6 @@ use super::wave::Waves;
 use super::{PoseJet, Trajectory, drawn_heading, drawn_side};
 use crate::driver::synthetic::jet::Jet;
 
-/// The hand holds it this far from the axis, m.
-const ARM_M: f64 = 0.3;
 /// The plan counts seconds of turning: its distance grows by 1 a second.
 const BOUT: f64 = 240.0;
 /// How fast the turning begins and ends, 1/s.
@@ -19,6 +17,8 @@ const CHANGE: f64 = 0.5;
 /// Turned about the vertical, with waves or turns about the other axes.
 pub(crate) struct Turning {
     plan: Plan,
+    /// From the axis to the camera, m.
+    arm_m: f64,
     heading_rad: f64,
     /// rad per unit of the plan.
     turn: f64,
@@ -30,33 +30,34 @@ pub(crate) struct Turning {
 
 impl Turning {
     /// A turn in 25 s, tilted by some degrees to every side, as on a vehicle on uneven ground.
-    pub(crate) fn turns(rest_s: f64, rng: &mut ChaCha8Rng) -> Self {
+    pub(crate) fn turns(rest_s: f64, arm_m: f64, rng: &mut ChaCha8Rng) -> Self {
         Self {
             turn: drawn_side(rng) * TAU / 25.0,
             overturn: 0.0,
             pitch: Waves::drawn([(0.10, 5.9), (0.05, 13.7)], rng),
             roll: Waves::drawn([(0.10, 7.3), (0.05, 17.1)], rng),
-            ..Self::round(rest_s, rng)
+            ..Self::round(rest_s, arm_m, rng)
         }
     }
 
     /// Through all attitudes.
-    pub(crate) fn tumble(rest_s: f64, rng: &mut ChaCha8Rng) -> Self {
+    pub(crate) fn tumble(rest_s: f64, arm_m: f64, rng: &mut ChaCha8Rng) -> Self {
         Self {
             turn: drawn_side(rng) * TAU / 17.0,
             overturn: drawn_side(rng) * TAU / 13.0,
             pitch: Waves::drawn([(1.0, 9.1), (0.2, 5.3)], rng),
             roll: Waves::drawn([(0.3, 6.7), (0.1, 3.9)], rng),
-            ..Self::round(rest_s, rng)
+            ..Self::round(rest_s, arm_m, rng)
         }
     }
 
-    fn round(rest_s: f64, rng: &mut ChaCha8Rng) -> Self {
+    fn round(rest_s: f64, arm_m: f64, rng: &mut ChaCha8Rng) -> Self {
         let mut plan = PlanBuilder::after_rest(rest_s, CHANGE);
         plan.leg(BOUT, 1.0, 0.0).pause(3.0);
         let still = Waves::drawn([(0.0, 1.0), (0.0, 1.0)], rng);
         Self {
             plan: plan.finish(),
+            arm_m,
             heading_rad: drawn_heading(rng),
             turn: 0.0,
             overturn: 0.0,
@@ -72,7 +73,7 @@ impl Trajectory for Turning {
         let yaw = turned * self.turn + self.heading_rad;
         let (sin, cos) = yaw.sin_cos();
         PoseJet {
-            position: [cos * ARM_M, sin * ARM_M, Jet::default()],
+            position: [cos * self.arm_m, sin * self.arm_m, Jet::default()],
             yaw,
             pitch: self.pitch.at(turned),
             roll: turned * self.overturn + self.roll.at(turned),
