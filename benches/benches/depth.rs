@@ -63,7 +63,7 @@ fn exposed(
     bencher.iter_custom(|rounds| {
         let begin = Instant::now();
         for round in 0..rounds {
-            let frame = Frame { number: round, time_ns: round as i64 * 66_666_667 };
+            let frame = Frame { number: round, time_ns: round.cast_signed() * 66_666_667 };
             let place = pose(round as u32 % VIEWS);
             let Ok(()) = camera.expose(scene, frame, |_| Ok::<_, Infallible>(place), &mut cloud);
             black_box(&mut cloud);

@@ -147,7 +147,7 @@ impl Bench {
                 for cloud in clouds.iter().cycle() {
                     let begin = thread_time();
                     take(black_box(cloud));
-                    total += thread_time() - begin;
+                    total += thread_time().saturating_sub(begin);
                     taken += cloud.count();
                     if taken >= points {
                         break;

@@ -56,15 +56,15 @@ pub fn poses(seconds: f64) -> History {
 /// If its own header is not sound.
 pub fn seen(seconds: f64, times: PointTimes) -> Seen {
     let time_ns = START_NS + (seconds * 1e9) as i64;
-    let count = (WIDTH * HEIGHT) as i64;
+    let count = WIDTH * HEIGHT;
     let points = (0..count).map(|index| {
         let share = match times {
             PointTimes::None => 0.0,
-            PointTimes::Rows => (index / WIDTH as i64) as f64 / HEIGHT as f64,
+            PointTimes::Rows => (index / WIDTH) as f64 / HEIGHT as f64,
             PointTimes::Points => index as f64 / count as f64,
         };
         let time_offset_ns = (share * SHUTTER_NS as f64) as i32;
-        look(index as usize, time_ns, time_offset_ns)
+        look(index, time_ns, time_offset_ns)
     });
     let has_times =
         if times == PointTimes::None { CloudFields::empty() } else { CloudFields::POINT_TIME };

@@ -82,6 +82,15 @@ impl AidingPublisher {
         Ok(self)
     }
 
+    /// Whether the lane, and its anchor, are heard of, so that a measurement can be addressed.
+    ///
+    /// A measurement that is made rarely, and soon too old, had better not begin with listening for them: ask
+    /// now and then before.
+    pub fn is_ready(&mut self) -> bool {
+        let anchor = self.anchor.as_mut().is_none_or(|anchor| anchor.latest().is_ok());
+        self.poses.latest().is_ok() && anchor
+    }
+
     /// Where this camera is in the body axes of its anchor, `p_anchor = R p + D`: D, m, with its covariance,
     /// m², and R with its covariance as a small rotation vector, rad², all in the anchor's axes; valid at a
     /// time of `CLOCK_MONOTONIC`, ns, for which the anchor's pose is looked up.

@@ -27,7 +27,7 @@ fn a_source_may_start_first_and_leaves_nothing_where_no_daemon_ever_ran() {
     let received = clouds.next().expect("waits");
     assert_eq!((received.info().time_ns(), received.info().sequence()), (7, 1));
     assert_eq!(received.info().depth_sigma_per_m(), Some(0.01));
-    assert_eq!(received[5].position_m, [0.0, 0.0, 2.0]);
+    assert_eq!(received[5].position_m.map(f32::to_bits), [0.0, 0.0, 2.0_f32].map(f32::to_bits));
 }
 
 #[test]

@@ -105,7 +105,9 @@ fn two_cameras_that_see_one_wall_give_one_wall() {
     for camera in 0..2 {
         let counts = merger.counts(camera);
         assert_eq!(counts.points.placed, counts.clouds * u64::from(COLUMNS * ROWS));
-        assert_eq!((counts.invalid, counts.restarts, counts.without_pose), (0, 0, 0));
+        assert_eq!((counts.invalid, counts.restarts), (0, 0));
+        // A source's first cloud may be older than the first pose that was seen.
+        assert!(counts.without_pose <= 1, "{}", counts.without_pose);
         assert!(merger.lateness(camera).quantile(0.5).is_some());
     }
 }

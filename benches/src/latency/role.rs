@@ -119,7 +119,8 @@ fn keep_apart(publishes: bool) -> Result<(), Box<dyn Error>> {
 fn daemon(config: PathBuf, seconds: f64) -> Result<(), Box<dyn Error>> {
     let run = RunArgs { duration: Some(Duration::from_secs_f64(seconds)) };
     let log = Some("warn".to_owned());
-    Ok(execute(&Cli { config: Some(config), log, command: Some(Command::Run(run)) })?)
+    let command = Some(Command::Run(run));
+    Ok(execute(&Cli { config: Some(config), log, with_parent: None, command })?)
 }
 
 fn poses(watch: &Watch) -> Result<PoseStream, Box<dyn Error>> {

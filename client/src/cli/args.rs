@@ -179,9 +179,26 @@ pub(super) struct MergeArgs {
     /// Place by the true poses of synthetic cameras, to compare with.
     #[arg(long)]
     pub(super) truth: bool,
+    #[command(flatten)]
+    pub(super) refinement: RefineArgs,
     /// Place all points of a cloud by one pose, to compare with.
     #[arg(long)]
     pub(super) no_compensation: bool,
+}
+
+/// Corrections by laying clouds over each other.
+#[derive(Debug, clap::Args)]
+pub(super) struct RefineArgs {
+    /// Lay each camera's clouds over what the anchor sees, by registration with the pose as prior; refused where
+    /// the geometry tells too little or contradicts the pose.
+    #[arg(long)]
+    pub(super) refine: bool,
+    /// With --refine: the camera whose clouds stay where its poses place them [default: the first]
+    #[arg(long, value_name = "CAMERA", requires = "refine")]
+    pub(super) anchor: Option<String>,
+    /// With --refine: offer what is found to the daemon, as fixes measured against the anchor.
+    #[arg(long, requires = "refine", conflicts_with = "truth")]
+    pub(super) aid: bool,
 }
 
 const POSES_HELP: &str = "Place the clouds of one camera by the poses of another on the same body, such as front=front_gyro; may be repeated";

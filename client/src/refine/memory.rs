@@ -18,16 +18,17 @@ pub(super) struct Memory {
     before: VoxelMap,
     span_ns: i64,
     begun_ns: Option<i64>,
+    clouds: u64,
 }
 
-/// Fewer points than these in a voxel may be stray.
+/// Fewer points than these in a voxel may be stray; fewer clouds do not tell.
 const SOLID: u32 = 3;
 
 impl Memory {
     pub(super) fn new(size: VoxelMapSettings, span: Duration) -> Result<Self, VoxelMapError> {
         let span_ns = i64::try_from(span.as_nanos()).unwrap_or(i64::MAX);
         let (current, before) = (VoxelMap::new(size)?, VoxelMap::new(size)?);
-        Ok(Self { current, before, span_ns, begun_ns: None })
+        Ok(Self { current, before, span_ns, begun_ns: None, clouds: 0 })
     }
 
     pub(super) fn insert(&mut self, cloud: &PlacedCloud, correction: Transform<World, World>) {
@@ -38,12 +39,18 @@ impl Memory {
             self.begun_ns = Some(now_ns);
         }
         self.current.insert_corrected(cloud, correction);
+        self.clouds += 1;
     }
 
     pub(super) fn clear(&mut self) {
         self.current.clear();
         self.before.clear();
-        self.begun_ns = None;
+        (self.begun_ns, self.clouds) = (None, 0);
+    }
+
+    /// Whether enough was seen for a surface to be solid.
+    pub(super) const fn is_solid(&self) -> bool {
+        self.clouds >= SOLID as u64
     }
 
     /// Adds what it holds in a box to a surface.

@@ -49,7 +49,7 @@ impl Default for RefineSettings {
             points: 20_000,
             aids: false,
             registration: RegistrationSettings::default(),
-            surface: SurfaceSettings::default(),
+            surface: SurfaceSettings { planes: 8_000, ..SurfaceSettings::default() },
         }
     }
 }

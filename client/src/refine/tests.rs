@@ -7,8 +7,8 @@ use super::worker::Worker;
 use super::*;
 use crate::cloud::{CloudInfo, Motion};
 use crate::frame::Body;
-use crate::merge::PlacedCloud;
 use crate::merge::samples::{header, point};
+use crate::merge::{PlacedCloud, Range};
 use crate::pose::samples::{checked, still};
 use crate::registration::RegistrationError;
 use crate::transform::Transform;
@@ -78,12 +78,21 @@ impl Camera {
         };
         let at_rest = Transform::<Body, Body>::IDENTITY;
         let motion = Motion::over(time_ns, (0, 0), at_rest, |_, _| Ok(checked(pose))).unwrap();
-        PlacedCloud::place(self.index, (&info, &points), motion, Default::default(), Vec::new())
+        PlacedCloud::place(self.index, (&info, &points), motion, Range::default(), Vec::new())
     }
 }
 
+/// One that has seen some clouds of the anchor.
 fn worker() -> Worker {
-    Worker::new(2, RefineSettings::default()).unwrap()
+    let mut worker = Worker::new(2, RefineSettings::default()).unwrap();
+    seen_by(&mut worker, ANCHOR);
+    worker
+}
+
+fn seen_by(worker: &mut Worker, anchor: Camera) {
+    for i in 0..4 {
+        assert!(worker.take(&anchor.cloud(i * SECOND / 5)).is_none());
+    }
 }
 
 /// The worst distance of a camera's points from the room's walls.
@@ -95,9 +104,6 @@ fn worst_m(cloud: &PlacedCloud, moved: Transform<crate::World, crate::World>) ->
 #[test]
 fn a_camera_is_laid_over_what_the_anchor_saw() {
     let mut worker = worker();
-    for i in 0..5 {
-        assert!(worker.take(&ANCHOR.cloud(i * SECOND / 5)).is_none());
-    }
     let cloud = OTHER.cloud(SECOND);
     let found = worker.take(&cloud).unwrap().result.unwrap();
     let (turn, shift) = found.correction;
@@ -105,7 +111,7 @@ fn a_camera_is_laid_over_what_the_anchor_saw() {
     assert!(shift.abs_diff_eq(-WRONG_SHIFT_M, 4e-3), "{shift}");
     let body = OTHER.at + OTHER.shift_error;
     let moved = super::worker::movement(body, found.correction);
-    assert!(worst_m(&cloud, Transform::IDENTITY) > 0.1);
+    assert!(worst_m(&cloud, Transform::IDENTITY) > 0.05);
     assert!(worst_m(&cloud, moved) < 0.01, "{}", worst_m(&cloud, moved));
     // And not again before it is due.
     assert!(worker.take(&OTHER.cloud(2 * SECOND)).is_none());
@@ -114,25 +120,23 @@ fn a_camera_is_laid_over_what_the_anchor_saw() {
 
 #[test]
 fn without_the_anchor_there_is_nothing_to_register_against() {
-    let mut worker = worker();
+    let mut worker = Worker::new(2, RefineSettings::default()).unwrap();
     assert!(worker.take(&OTHER.cloud(SECOND)).is_none());
 }
 
 #[test]
 fn in_a_new_world_all_is_forgotten() {
     let mut worker = worker();
-    worker.take(&ANCHOR.cloud(0));
     assert!(worker.take(&OTHER.cloud(SECOND)).unwrap().result.is_ok());
     let later = Camera { epoch: 2, ..OTHER };
     assert!(worker.take(&later.cloud(9 * SECOND)).is_none());
-    worker.take(&Camera { epoch: 2, ..ANCHOR }.cloud(10 * SECOND));
+    seen_by(&mut worker, Camera { epoch: 2, ..ANCHOR });
     assert!(worker.take(&later.cloud(20 * SECOND)).unwrap().result.is_ok());
 }
 
 #[test]
 fn a_refusal_has_its_reason() {
     let mut worker = worker();
-    worker.take(&ANCHOR.cloud(0));
     let lost = Camera { shift_error: DVec3::new(0.0, 0.0, 0.6), ..OTHER };
     let why = worker.take(&lost.cloud(SECOND)).unwrap().result.unwrap_err();
     assert!(
@@ -150,9 +154,13 @@ fn a_refusal_has_its_reason() {
 #[test]
 fn clouds_wait_for_the_first_registration_and_follow_it() {
     let mut refiner = CloudRefiner::new(2, RefineSettings::default()).unwrap();
-    assert_eq!(refiner.place(&ANCHOR.cloud(0)), Placement::Insert(Transform::IDENTITY));
+    // The thread takes its time, and clouds that it has no room for are not offered.
+    for i in 0..8 {
+        let cloud = ANCHOR.cloud(i * SECOND / 5);
+        assert_eq!(refiner.place(&cloud), Placement::Insert(Transform::IDENTITY));
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
     assert_eq!(refiner.place(&OTHER.cloud(0)), Placement::Hold);
-    // The thread takes its time; the clouds have theirs.
     let begin = std::time::Instant::now();
     while refiner.report(1).correction.is_none() {
         assert!(begin.elapsed().as_secs() < 60, "{:?}", refiner.report(1));

@@ -128,7 +128,7 @@ impl Worker {
 
     fn is_due(&mut self, index: usize, now_ns: i64) -> bool {
         let period_ns = i64::try_from(self.settings.period.as_nanos()).unwrap_or(i64::MAX);
-        let has_target = self.cameras.iter().any(|camera| camera.rank.is_some());
+        let has_target = self.cameras.iter().any(|c| c.rank.is_some() && c.memory.is_solid());
         let camera = &mut self.cameras[index];
         let is_due = camera.last_try_ns.is_none_or(|then| now_ns.saturating_sub(then) >= period_ns);
         if is_due && has_target {

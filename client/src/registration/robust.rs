@@ -26,11 +26,6 @@ impl Tukey {
         Self { cut: Self::CUT * (median * Self::SIGMA_PER_MAD).max(smallest) }
     }
 
-    /// Beyond which residual nothing counts.
-    pub(super) const fn cut(self) -> f64 {
-        self.cut
-    }
-
     /// `ψ(r) / r`, 1 at zero.
     pub(super) fn weight(self, residual: f64) -> f64 {
         let inside = 1.0 - (residual / self.cut).powi(2);
@@ -79,7 +74,7 @@ mod tests {
     fn scale_and_dispersion_are_those_of_the_noise() {
         let residuals: Vec<f64> = normal(20_000).iter().map(|r| 3.0 * r).collect();
         let tukey = Tukey::of(residuals.iter().copied(), 0.1);
-        assert!((tukey.cut() / (3.0 * 4.685) - 1.0).abs() < 0.03);
+        assert!((tukey.cut / (3.0 * 4.685) - 1.0).abs() < 0.03);
         // The mean of Tukey's estimate has variance σ² / 0.95 n; Σw is 0.91 n.
         let weights: f64 = residuals.iter().map(|&r| tukey.weight(r)).sum();
         let variance = tukey.dispersion(residuals.iter().copied()) / weights;
@@ -94,6 +89,6 @@ mod tests {
         let tukey = Tukey::of(residuals.iter().copied(), 0.1);
         assert_eq!(tukey.weight(50.0), 0.0);
         assert_eq!(tukey.weight(0.0), 1.0);
-        assert!(Tukey::of(std::iter::empty(), 0.1).cut() > 0.0);
+        assert!(Tukey::of(std::iter::empty(), 0.1).cut > 0.0);
     }
 }

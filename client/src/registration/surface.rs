@@ -18,6 +18,8 @@ pub struct SurfaceSettings {
     pub many_neighbours: NonZero<usize>,
     /// Neighbours further away than this do not belong to it, m.
     pub radius_m: f64,
+    /// Planes looked for at most, around points evenly out of all; all points are neighbours.
+    pub planes: usize,
     /// From which planarity on neighbours are a plane, 0 to 1.
     pub planarity: f64,
 }
@@ -26,7 +28,13 @@ impl Default for SurfaceSettings {
     /// For voxels of about 5 cm.
     fn default() -> Self {
         let count = |n| NonZero::new(n).unwrap_or(NonZero::<usize>::MIN);
-        Self { neighbours: count(20), many_neighbours: count(80), radius_m: 0.4, planarity: 0.5 }
+        Self {
+            neighbours: count(20),
+            many_neighbours: count(80),
+            radius_m: 0.4,
+            planes: 20_000,
+            planarity: 0.5,
+        }
     }
 }
 
@@ -62,26 +70,31 @@ impl SurfaceMap {
         points: impl IntoIterator<Item = (DVec3, f64)>,
         settings: &SurfaceSettings,
     ) -> Result<Self, RegistrationError> {
-        let usable = |(point, weight): &(DVec3, f64)| point.is_finite() && *weight > 0.0;
+        let usable = |(point, weight): &(DVec3, f64)| {
+            point.is_finite() && *weight > 0.0 && weight.is_finite()
+        };
         let cloud = Cloud::new(points.into_iter().filter(usable).collect())?;
-        let found = (0..cloud.points.len()).filter_map(|at| cloud.plane(at, settings));
+        let step = cloud.points.len().div_ceil(settings.planes.max(1)).max(1);
+        let around = (0..cloud.points.len()).step_by(step);
+        let found = around.filter_map(|at| cloud.plane(at, settings));
         let (planes, radii): (Vec<Plane>, Vec<f64>) = found.unzip();
         if planes.len() < FEWEST_POINTS {
             let (found, needed) = (planes.len(), FEWEST_POINTS);
             return Err(RegistrationError::TooFewPoints { cloud: "target", found, needed });
         }
-        Self::of_planes(planes, radii, settings)
+        Self::of_planes(planes, radii, (step, settings))
     }
 
     fn of_planes(
         planes: Vec<Plane>,
         mut radii: Vec<f64>,
-        settings: &SurfaceSettings,
+        (step, settings): (usize, &SurfaceSettings),
     ) -> Result<Self, RegistrationError> {
         let middle = radii.len() / 2;
         let radius = *radii.select_nth_unstable_by(middle, f64::total_cmp).1;
-        // k points of one surface at spacing s fill a disc: k s² = π r².
-        let spacing_m = radius * (std::f64::consts::PI / settings.neighbours.get() as f64).sqrt();
+        // k points of one surface at spacing s fill a disc: k s² = π r². Of those, one in `step` has a plane.
+        let filled = std::f64::consts::PI * step as f64 / settings.neighbours.get() as f64;
+        let spacing_m = radius * filled.sqrt();
         let (patches, patch_count) = patches(&planes, PATCH_RADII * radius);
         let tree = index(planes.iter().map(|plane| plane.point))?;
         Ok(Self { planes, patches, patch_count, spacing_m, tree })
@@ -212,6 +225,14 @@ mod tests {
         let (index, square) = map.nearest(DVec3::new(1.01, 1.02, 1.1));
         assert!(map.plane(index).normal.z.abs() > 0.999_999);
         assert!(square < 0.1_f64.powi(2) + 0.04_f64.powi(2));
+    }
+
+    #[test]
+    fn fewer_planes_are_further_apart() {
+        let settings = SurfaceSettings { planes: 625, ..SurfaceSettings::default() };
+        let map = SurfaceMap::new(floor(), &settings).unwrap();
+        assert!((500..=625).contains(&map.len()), "{}", map.len());
+        assert!((map.spacing_m() - 0.1).abs() < 0.02, "{}", map.spacing_m());
     }
 
     #[test]

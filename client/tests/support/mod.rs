@@ -1,6 +1,7 @@
 //! A domain of its own for each test process, and a publisher in a process of its own.
 #![allow(dead_code, clippy::cast_possible_wrap, reason = "each test file uses a part of it")]
 
+pub(crate) mod listener;
 pub(crate) mod publisher;
 pub(crate) mod scanner;
 

@@ -24,6 +24,8 @@ use super::publisher::pose;
 /// The wall, north of all cameras: its distance from the world's origin, and half its width and height, m.
 pub(crate) const WALL_Y_M: f64 = 5.0;
 pub(crate) const HALF_WALL_M: [f64; 2] = [1.0, 0.5];
+/// Half the extent of the room that is there instead of the wall if asked for, m.
+pub(crate) const HALF_ROOM_M: DVec3 = DVec3::new(3.0, WALL_Y_M, 1.5);
 /// Points of a cloud, row by row.
 pub(crate) const COLUMNS: u32 = 80;
 pub(crate) const ROWS: u32 = 40;
@@ -48,6 +50,12 @@ pub(crate) struct Setup {
     pub(crate) poses: bool,
     /// Whether every second cloud is garbage.
     pub(crate) garbage: bool,
+    /// Whether it stands in a room, and not before the wall alone.
+    pub(crate) room: bool,
+    /// What its poses are wrong by: x and y, m, yaw, rad.
+    pub(crate) pose_error: [f64; 3],
+    /// Index of the camera.
+    pub(crate) camera_id: u32,
 }
 
 impl Setup {
@@ -62,13 +70,19 @@ impl Setup {
             world_epoch: 1,
             poses: true,
             garbage: false,
+            room: false,
+            pose_error: [0.0; 3],
+            camera_id: 0,
         }
     }
 
     fn to_text(self) -> String {
         let [x, y] = self.place_m;
-        let Self { start_ns, yaw_rad, rate_rad_s, world_epoch, poses, garbage, .. } = self;
-        format!("{start_ns} {x} {y} {yaw_rad} {rate_rad_s} {world_epoch} {poses} {garbage}")
+        let Self { start_ns, yaw_rad, rate_rad_s, world_epoch, poses, garbage, room, .. } = self;
+        let ([dx, dy, dyaw], id) = (self.pose_error, self.camera_id);
+        format!(
+            "{start_ns} {x} {y} {yaw_rad} {rate_rad_s} {world_epoch} {poses} {garbage} {room} {dx} {dy} {dyaw} {id}"
+        )
     }
 
     fn from_text(text: &str) -> Self {
@@ -82,6 +96,9 @@ impl Setup {
             world_epoch: parts[5].parse().expect("a number"),
             poses: parts[6] == "true",
             garbage: parts[7] == "true",
+            room: parts[8] == "true",
+            pose_error: [number(9), number(10), number(11)],
+            camera_id: parts[12].parse().expect("a number"),
         }
     }
 
@@ -204,10 +221,14 @@ impl Scan {
 
     fn pose(&self, time_ns: i64) -> Pose {
         let (place, turn) = self.setup.motion(time_ns);
+        let [x, y, yaw] = self.setup.pose_error;
         Pose {
-            position_m: place.to_array(),
+            camera_id: self.setup.camera_id,
+            position_m: (place + DVec3::new(x, y, 0.0)).to_array(),
             velocity_m_s: [0.0; 3],
-            orientation: turn.to_array(),
+            orientation: (DQuat::from_rotation_z(yaw) * turn).to_array(),
+            position_covariance_m2: [2.5e-3, 0.0, 0.0, 2.5e-3, 0.0, 2.5e-3],
+            orientation_covariance_rad2: [1e-5, 0.0, 0.0, 1e-5, 0.0, 4e-4],
             angular_rate_rad_s: [0.0, 0.0, self.setup.rate_rad_s],
             world_epoch: self.setup.world_epoch,
             ..pose(self.step, time_ns)
@@ -218,7 +239,11 @@ impl Scan {
         let setup = self.setup;
         let mut cloud = self.clouds.loan(COLUMNS, ROWS).expect("room");
         for (index, point) in cloud.points_mut().iter_mut().enumerate() {
-            *point = wall_point(&setup, time_ns, index as u32);
+            *point = if setup.room {
+                room_point(&setup, time_ns, index as u32)
+            } else {
+                wall_point(&setup, time_ns, index as u32)
+            };
         }
         let cloud = cloud.in_frame(CloudFrame::Body);
         cloud
@@ -244,6 +269,22 @@ fn wall_point(setup: &Setup, time_ns: i64, index: u32) -> CloudPoint {
         position_m: seen.as_vec3().to_array(),
         time_offset_ns: time_offset_ns as i32,
         colour: [200, 100, 50, 255],
+    }
+}
+
+/// What a ray hits first in a box around the world's origin, of which the wall's plane is one side.
+fn room_point(setup: &Setup, time_ns: i64, index: u32) -> CloudPoint {
+    let share = |at: u32, of: u32| f64::from(at) / f64::from(of - 1) * 2.0 - 1.0;
+    let (column, row) = (index % COLUMNS, index / COLUMNS);
+    let ray = DVec3::new(1.0, -1.2 * share(column, COLUMNS), -0.8 * share(row, ROWS));
+    let time_offset_ns = SHUTTER_NS * i64::from(row) / i64::from(ROWS);
+    let (origin, turn) = setup.motion(time_ns + time_offset_ns);
+    let in_world = turn * ray;
+    let to_walls = (HALF_ROOM_M * in_world.signum() - origin) / in_world;
+    CloudPoint {
+        position_m: (ray * to_walls.min_element()).as_vec3().to_array(),
+        time_offset_ns: time_offset_ns as i32,
+        colour: [100, 150, 200, 255],
     }
 }
 

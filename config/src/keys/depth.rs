@@ -11,7 +11,7 @@ pub(super) const DEPTH: &[Key] = &[
         "rate_hz",
         Number(from_to(0.1, 120.0)),
         "Hz",
-        "Clouds per second. Large: processor time, about 2 ms for each cloud of 100,000 points.",
+        "Clouds per second. Large: processor time, about 4 ms for each cloud of 100,000 points.",
     ),
     key(
         "field_of_view_deg",

@@ -15,7 +15,7 @@ pub struct HeadingError {
     /// Standard deviation of that as published, degrees.
     pub own_sigma_deg: f64,
     /// After ICP.
-    pub refined_deg: f64,
+    pub refined_deg: Option<f64>,
     /// Without the magnetometer.
     pub without_magnetometer_deg: Option<f64>,
 }
@@ -37,7 +37,7 @@ pub struct RelativeErrors {
     /// By the cameras' own poses.
     pub own: RelativeError,
     /// After ICP.
-    pub refined: RelativeError,
+    pub refined: Option<RelativeError>,
     /// Without the magnetometer.
     pub without_magnetometer: Option<RelativeError>,
 }
@@ -49,7 +49,7 @@ pub fn heading_error(camera: &SeenCamera) -> Option<HeadingError> {
         camera: camera.name.clone(),
         own_deg: clockwise_deg(&camera.own, &truth),
         own_sigma_deg: camera.heading_sigma_deg,
-        refined_deg: clockwise_deg(&camera.refined, &truth),
+        refined_deg: camera.refined.map(|pose| clockwise_deg(&pose, &truth)),
         without_magnetometer_deg: camera.without_magnetometer.map(|p| clockwise_deg(&p, &truth)),
     })
 }
@@ -57,10 +57,11 @@ pub fn heading_error(camera: &SeenCamera) -> Option<HeadingError> {
 /// Errors of the second camera against the first; `None` without a truth.
 pub fn relative_errors(first: &SeenCamera, second: &SeenCamera) -> Option<RelativeErrors> {
     let truth = (&first.truth?, &second.truth?);
+    let refined = first.refined.as_ref().zip(second.refined.as_ref());
     let without = first.without_magnetometer.as_ref().zip(second.without_magnetometer.as_ref());
     Some(RelativeErrors {
         own: relative_error((&first.own, &second.own), truth),
-        refined: relative_error((&first.refined, &second.refined), truth),
+        refined: refined.map(|poses| relative_error(poses, truth)),
         without_magnetometer: without.map(|poses| relative_error(poses, truth)),
     })
 }
@@ -113,7 +114,7 @@ mod tests {
             lost: 0,
             heading_sigma_deg: 1.0,
             own,
-            refined: truth,
+            refined: Some(truth),
             without_magnetometer: None,
             truth: Some(truth),
         }
@@ -131,7 +132,7 @@ mod tests {
         assert!(errors.own.heading_deg.abs() < 1e-9 && errors.own.angle_deg < 1e-5);
         // The rear one is 3 m away, and that way has turned with the front one.
         assert!((errors.own.place_m - 3.0 * 2.0 * 0.5_f64.to_radians().sin()).abs() < 1e-9);
-        assert!(errors.refined.place_m < 1e-12);
+        assert!(errors.refined.unwrap().place_m < 1e-12);
     }
 
     #[test]

@@ -105,7 +105,9 @@ pub struct Refinement {
     pub accepted: u64,
     /// Registrations that were refused.
     pub refused: u64,
-    /// Why the last one was.
+    /// Clouds that were merged without one, for want of any that was accepted.
+    pub unrefined: u64,
+    /// Why the last one was refused.
     pub last_refusal: Option<String>,
 }
 
@@ -120,8 +122,8 @@ pub struct SeenCamera {
     pub heading_sigma_deg: f64,
     /// By its own poses.
     pub own: MeanPose,
-    /// The same, moved by ICP.
-    pub refined: MeanPose,
+    /// The same, moved by ICP; `None` if nothing was.
+    pub refined: Option<MeanPose>,
     /// Without the magnetometer; `None` if there was no such pose.
     pub without_magnetometer: Option<MeanPose>,
     /// By the truth; `None` if there was none.

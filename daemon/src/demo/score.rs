@@ -128,7 +128,7 @@ mod tests {
         voxels.extend(walls(0.03, 3).iter().step_by(3));
         let score = score(&voxels, &scene()).unwrap();
         // Then the mean square is that of both alike
-        let expected = ((0.01_f64.powi(2) + 0.03_f64.powi(2)) / 2.0).sqrt();
+        let expected = f64::midpoint(0.01_f64.powi(2), 0.03_f64.powi(2)).sqrt();
         assert!((score.in_world.rmse_m - expected).abs() < 1e-4, "{score:?}");
         assert!((score.in_world.p95_m - 0.03).abs() < 1e-6);
         assert_eq!(score.points, 9600);

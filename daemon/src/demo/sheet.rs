@@ -66,7 +66,7 @@ fn notes(outcome: &Outcome, variant: Variant) -> Vec<String> {
     });
     let error = outcome.relative.and_then(|errors| match variant {
         Variant::WithoutMagnetometer => errors.without_magnetometer,
-        Variant::Refined => Some(errors.refined),
+        Variant::Refined => errors.refined,
         _ => Some(errors.own),
     });
     let heading = error.map(|error| {
@@ -84,7 +84,7 @@ fn notes(outcome: &Outcome, variant: Variant) -> Vec<String> {
 fn viewers(config: &Config, seen: &Seen, variant: Variant) -> Vec<Viewer> {
     let pose = |camera: &SeenCamera| match variant {
         Variant::WithoutMagnetometer => camera.without_magnetometer,
-        Variant::Refined => Some(camera.refined),
+        Variant::Refined => camera.refined,
         _ => Some(camera.own),
     };
     let each = seen.cameras.iter().filter_map(|camera| Some((camera, pose(camera)?)));

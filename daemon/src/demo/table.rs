@@ -22,16 +22,18 @@ pub fn text(outcome: &Outcome) -> String {
         let _ = writeln!(text, "{}", heading(error));
     }
     if let Some(errors) = &outcome.relative {
-        let without =
-            errors.without_magnetometer.map_or("unknown".into(), |e| degrees(e.heading_deg));
-        let [own, refined] = [errors.own, errors.refined].map(|e| degrees(e.heading_deg));
+        let of = |error: Option<RelativeError>| known(error.map(|e| e.heading_deg));
+        let (own, refined, without) =
+            (of(Some(errors.own)), of(errors.refined), of(errors.without_magnetometer));
         let _ = writeln!(
             text,
             "{:32} {own:>12} {:>12} {refined:>11} {without:>22}",
             "rear against front", ""
         );
         let _ = writeln!(text, "{}", relative("by Lodestone", &errors.own));
-        let _ = writeln!(text, "{}", relative("after ICP", &errors.refined));
+        if let Some(refined) = &errors.refined {
+            let _ = writeln!(text, "{}", relative("after ICP", refined));
+        }
     }
     text.push_str(&calibrations(outcome));
     for line in outcome.targets.iter().map(target) {
@@ -67,14 +69,18 @@ fn left_out(outcome: &Outcome) -> String {
 }
 
 fn heading(error: &HeadingError) -> String {
-    let without = error.without_magnetometer_deg.map_or("unknown".into(), degrees);
     format!(
-        "{:32} {:>12} {:>12} {:>11} {without:>22}",
+        "{:32} {:>12} {:>12} {:>11} {:>22}",
         format!("{} against the truth", error.camera),
         degrees(error.own_deg),
         format!("± {:.2}", error.own_sigma_deg),
-        degrees(error.refined_deg),
+        known(error.refined_deg),
+        known(error.without_magnetometer_deg),
     )
+}
+
+fn known(value: Option<f64>) -> String {
+    value.map_or("unknown".into(), degrees)
 }
 
 fn degrees(value: f64) -> String {
@@ -97,7 +103,7 @@ fn calibrations(outcome: &Outcome) -> String {
     let icp = &outcome.refinement;
     let refused = icp.last_refusal.as_ref().map_or(String::new(), |why| format!(" (last: {why})"));
     format!(
-        "calibrations expect a heading of {}; ICP: {} clouds laid over, {} refused{refused}\n\n",
+        "calibrations expect a heading of {}; ICP: {} registrations, {} refused{refused}\n\n",
         each.join(", "),
         icp.accepted,
         icp.refused
@@ -110,4 +116,31 @@ pub fn target(target: &Target) -> String {
     let Target { what, unit, allowed, .. } = target;
     let met = if target.met { "yes" } else { "no" };
     format!("{what} {measured} {unit} (allowed: {allowed} {unit}): {met}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_target_is_answered_by_yes_or_no_with_its_numbers() {
+        let heading = Target {
+            what: "headings differ by",
+            unit: "°",
+            measured: Some(0.614),
+            allowed: 0.5,
+            met: false,
+        };
+        assert_eq!(target(&heading), "headings differ by 0.61 ° (allowed: 0.5 °): no");
+        let unknown = Target { measured: None, ..heading };
+        assert!(target(&unknown).contains("not measured") && target(&unknown).ends_with("no"));
+    }
+
+    #[test]
+    fn what_is_unknown_is_said_so_and_signs_are_shown() {
+        assert_eq!(
+            [known(None), known(Some(-0.1)), known(Some(12.3))],
+            ["unknown", "-0.10", "+12.30"]
+        );
+    }
 }

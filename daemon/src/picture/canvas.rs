@@ -123,7 +123,7 @@ impl Canvas {
             let next = corners.iter().cycle().skip(1);
             let outside = corners.iter().zip(next).map(|(a, b)| {
                 // Clockwise with y down: the inside is to the right of each edge.
-                (point - *a).dot((*b - *a).perp().normalize_or_zero()) * -1.0
+                -(point - *a).dot((*b - *a).perp().normalize_or_zero())
             });
             outside.fold(f32::NEG_INFINITY, f32::max)
         };

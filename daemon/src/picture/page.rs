@@ -64,7 +64,7 @@ impl Page<'_> {
     pub fn draw(&self) -> Option<Canvas> {
         let last = self.panels.last()?;
         let room = Bounds::of(last.dots, STRAYS)?;
-        let plan = Plan::of(self.plan_box(room), self.panel_width());
+        let plan = Plan::of(Self::plan_box(room), self.panel_width());
         let notes = self.panels.iter().map(|panel| panel.notes.len()).max().unwrap_or(0);
         let panels_top = MARGIN + (TITLE + 3.4 * NOTE) as usize + GAP;
         let map_top = panels_top + (CAPTION * 1.5 + notes as f32 * NOTE * 1.75 + NOTE) as usize;
@@ -94,7 +94,7 @@ impl Page<'_> {
     }
 
     /// The room with some space around it, without its ceiling.
-    fn plan_box(&self, room: Bounds) -> Bounds {
+    fn plan_box(room: Bounds) -> Bounds {
         let mut wide = room.grown(0.08 * room.size().x.max(room.size().y));
         wide.high.z = room.high.z - CEILING_M;
         wide

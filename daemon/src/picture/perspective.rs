@@ -36,6 +36,7 @@ pub(super) struct Eye {
 
 /// From where to look at something.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::struct_field_names, reason = "each carries its unit")]
 pub(super) struct Direction {
     /// To the eye, clockwise from north, rad.
     pub(super) azimuth_rad: f64,

@@ -58,6 +58,11 @@ impl Mover {
         const LOOKS: u32 = 256;
         // Between two looks it goes on by less than this.
         let step_m = self.reach_m.length() * TAU / f64::from(LOOKS);
+        // Most points are nowhere near its way.
+        let reach_m = self.reach_m.max_element() + self.at_centre.shape.bounding_radius_m();
+        if point.distance(self.at_centre.centre_m) > reach_m + margin_m + step_m {
+            return false;
+        }
         (0..LOOKS).any(|look| {
             let solid = self.solid_at_phase(f64::from(look) / f64::from(LOOKS));
             solid.shape.signed_distance_m(solid.local(point)) < margin_m + 0.5 * step_m

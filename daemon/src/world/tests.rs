@@ -318,6 +318,7 @@ fn a_camera_that_was_measured_against_another_one_goes_along_with_what_that_one_
     let after = relative_of(&cores[0], &cores[1]).unwrap();
     let apart = after.orientation.quaternion() * measured.orientation.quaternion().conjugate();
     assert!(so3::log(apart).length() < 1e-3, "{}", so3::log(apart));
+    // Left behind it would be off by 6 mm; in between its own speed, just corrected, takes it a millimetre on.
     let [before, after] = [measured, after].map(|r| r.distance.unwrap().vector);
-    assert!((after - before).length() < 1e-3, "{before} {after}");
+    assert!((after - before).length() < 2.5e-3, "{before} {after}");
 }

@@ -1,6 +1,8 @@
 //! `lodestone merge`: the clouds of cameras, live, into one file.
 
 mod progress;
+mod refine;
+mod refine_line;
 mod summary;
 
 use std::time::{Duration, Instant};
@@ -15,6 +17,7 @@ use super::failure::Failure;
 use super::output::Output;
 use super::session::Session;
 use progress::Progress;
+use refine::Refining;
 use summary::{FileLine, Summary};
 
 /// A signal is noticed, and progress shown, no later than this.
@@ -23,9 +26,10 @@ const LONGEST_WAIT: Duration = Duration::from_millis(20);
 pub(super) fn run(session: &Session, args: &MergeArgs) -> Result<(), Failure> {
     let cameras = session.cameras_with_clouds(&args.cameras)?;
     let mut merger = open(session, args, &cameras)?;
-    merge(session, args, &mut merger);
+    let mut refining = Refining::open(session, args, &merger)?;
+    merge(session, args, &mut merger, refining.as_mut());
     let written = write(args, &merger)?;
-    show(session, &Summary::new(&merger, args, &written))
+    show(session, &Summary::new(&merger, refining.as_ref(), args, &written))
 }
 
 fn open(session: &Session, args: &MergeArgs, cameras: &[String]) -> Result<CloudMerger, Failure> {
@@ -53,13 +57,21 @@ fn pose_source(args: &MergeArgs, camera: &str) -> PoseSource {
 }
 
 /// Merges until the time is over or the user stops.
-fn merge(session: &Session, args: &MergeArgs, merger: &mut CloudMerger) {
+fn merge(
+    session: &Session,
+    args: &MergeArgs,
+    merger: &mut CloudMerger,
+    mut refining: Option<&mut Refining>,
+) {
     let begin = Instant::now();
     let mut progress = Progress::new(begin, args.duration);
     let is_over = || args.duration.is_some_and(|duration| begin.elapsed() >= duration);
     while !session.stop.asked() && !is_over() {
         if let Some(cloud) = merger.wait(LONGEST_WAIT) {
-            merger.insert(cloud);
+            match &mut refining {
+                Some(refining) => refining.insert(merger, cloud),
+                None => merger.insert(cloud),
+            }
         }
         progress.show_if_due(merger);
     }

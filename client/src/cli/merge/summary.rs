@@ -7,6 +7,8 @@ use serde::Serialize;
 
 use super::super::args::MergeArgs;
 use super::super::table::aligned;
+use super::refine::Refining;
+use super::refine_line::RefineLine;
 
 /// All of it, as one JSON object.
 #[derive(Debug, Serialize)]
@@ -37,6 +39,8 @@ struct CameraLine {
     behind: bool,
     lens_configured: Option<bool>,
     without_pose_because: Option<String>,
+    /// `null` without `--refine`, and for the anchor.
+    refinement: Option<RefineLine>,
 }
 
 #[derive(Debug, Serialize)]
@@ -75,10 +79,16 @@ impl FileLine {
 }
 
 impl Summary {
-    pub(super) fn new(merger: &CloudMerger, args: &MergeArgs, written: &[FileLine]) -> Self {
+    pub(super) fn new(
+        merger: &CloudMerger,
+        refining: Option<&Refining>,
+        args: &MergeArgs,
+        written: &[FileLine],
+    ) -> Self {
         let map = merger.map();
+        let camera = |i| CameraLine::new(merger, refining, i);
         Self {
-            cameras: (0..merger.cameras().len()).map(|i| CameraLine::new(merger, i)).collect(),
+            cameras: (0..merger.cameras().len()).map(camera).collect(),
             map: MapLine {
                 voxels: map.len(),
                 voxel_m: args.voxel_m,
@@ -98,6 +108,7 @@ impl Summary {
         let mut rows = vec![TITLES.map(str::to_owned)];
         rows.extend(self.cameras.iter().map(CameraLine::cells));
         let mut lines = aligned(&rows);
+        lines.extend(self.cameras.iter().filter_map(CameraLine::refinement));
         let map = &self.map;
         lines.push(format!(
             "{} voxels of {} m, {} forgotten for want of room; {} MB for {} at most",
@@ -145,7 +156,7 @@ const TITLES: [&str; 10] = [
 ];
 
 impl CameraLine {
-    fn new(merger: &CloudMerger, index: usize) -> Self {
+    fn new(merger: &CloudMerger, refining: Option<&Refining>, index: usize) -> Self {
         let (counts, lateness) = (merger.counts(index), merger.lateness(index));
         let setup = merger.cameras().nth(index);
         let refused = merger.refused(index).filter(|_| counts.without_pose > 0);
@@ -167,6 +178,7 @@ impl CameraLine {
             behind: counts.lost > 0,
             lens_configured: merger.lens(index).map(|place| place == LensPlace::Configured),
             without_pose_because: refused.map(ToString::to_string),
+            refinement: refining.and_then(|refining| RefineLine::new(refining, index)),
         }
     }
 
@@ -186,9 +198,16 @@ impl CameraLine {
         ]
     }
 
+    /// Of a camera that was registered.
+    fn refinement(&self) -> Option<String> {
+        self.refinement.as_ref().map(|line| line.sentence(&self.camera))
+    }
+
     fn problems(&self) -> Vec<String> {
         let camera = &self.camera;
-        let mut problems = Vec::new();
+        let of_refinement = self.refinement.iter().flat_map(RefineLine::problems);
+        let mut problems: Vec<String> =
+            of_refinement.map(|what| format!("{camera}: {what}")).collect();
         let mut say = |is_so: bool, what: String| {
             if is_so {
                 problems.push(format!("{camera}: {what}"));

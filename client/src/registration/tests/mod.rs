@@ -1,5 +1,6 @@
 //! Rooms seen from two places.
 
+mod cost;
 mod monte_carlo;
 mod room;
 mod scene;

@@ -47,6 +47,8 @@ pub(super) fn error(found: Pose, truth: Pose) -> (DVec3, DVec3) {
 }
 
 pub(super) struct Scene {
+    /// All that was mapped, in the world, m.
+    pub(super) map_points: Vec<DVec3>,
     pub(super) target: SurfaceMap,
     pub(super) source_in_body: Vec<DVec3>,
     pub(super) truth: Pose,
@@ -56,15 +58,26 @@ pub(super) struct Scene {
 impl Scene {
     /// One camera scans several times into a map of 5 cm voxels; another one scans once.
     pub(super) fn new(room: &Room, mapped_from: &[Pose], truth: Pose, seed: u64) -> Self {
+        Self::sized(room, mapped_from, truth, ((160, 96), (80, 48), seed))
+    }
+
+    /// The same with so many columns and rows of the map's scans and of the source's.
+    pub(super) fn sized(
+        room: &Room,
+        mapped_from: &[Pose],
+        truth: Pose,
+        (of_map, of_source, seed): ((u32, u32), (u32, u32), u64),
+    ) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut map = Vec::new();
+        let mut map_points = Vec::new();
         for from in mapped_from {
-            let scan = room.scan(*from, (160, 96), NOISE_PER_M, &mut rng);
-            map.extend(scan.iter().map(|point| from.apply(*point)));
+            let scan = room.scan(*from, of_map, NOISE_PER_M, &mut rng);
+            map_points.extend(scan.iter().map(|point| from.apply(*point)));
         }
-        let target = SurfaceMap::new(voxels(&map, 0.05), &SurfaceSettings::default()).unwrap();
-        let source_in_body = room.scan(truth, (80, 48), NOISE_PER_M, &mut rng);
-        Self { target, source_in_body, truth, rng }
+        let voxels = voxels(&map_points, 0.05);
+        let target = SurfaceMap::new(voxels, &SurfaceSettings::default()).unwrap();
+        let source_in_body = room.scan(truth, of_source, NOISE_PER_M, &mut rng);
+        Self { map_points, target, source_in_body, truth, rng }
     }
 
     pub(super) fn source(&self, prior: Pose) -> SourceCloud {

@@ -1,15 +1,23 @@
 //! The same clouds, merged several times, each time by other poses.
 
-use lodestone_client::{PlacedCloud, Transform, VoxelMap, VoxelMapError, VoxelMapSettings, World};
+use std::time::Duration;
 
+use lodestone_client::{
+    CloudRefiner, PlacedCloud, Placement, RefineSettings, Transform, VoxelMap, VoxelMapSettings,
+    World,
+};
+
+use super::ConsumerError;
 use super::poses::{OtherPoses, Place, PoseMean};
-use super::refine::Refiner;
-use crate::demo::result::{Merge, SeenCamera, Variant};
+use crate::demo::result::{Merge, Refinement, SeenCamera, Variant};
 
 /// Edge of a voxel, about the noise of depth at 3.5 m, m.
 const VOXEL_M: f64 = 0.04;
 /// Room for each merge; a furnished room with all its noise takes a third.
 const MOST_VOXELS: usize = 1 << 20;
+
+/// Between two registrations of a camera.
+const REFINED_EVERY: Duration = Duration::from_secs(1);
 
 /// One merge.
 #[derive(Debug)]
@@ -21,7 +29,7 @@ pub(super) struct Merged {
 }
 
 impl Merged {
-    fn new(variant: Variant) -> Result<Self, VoxelMapError> {
+    fn new(variant: Variant) -> Result<Self, ConsumerError> {
         let settings = VoxelMapSettings { voxel_m: VOXEL_M, max_voxels: MOST_VOXELS };
         Ok(Self { variant, map: VoxelMap::new(settings)?, clouds: 0, without_pose: 0 })
     }
@@ -85,14 +93,14 @@ impl Watched {
         self.others.missing()
     }
 
-    /// `None` if no cloud of it was merged, also not after refinement.
+    /// `None` if no cloud of it was merged.
     pub(super) fn report(&self, lost: u64) -> Option<SeenCamera> {
         Some(SeenCamera {
             name: self.name.clone(),
             lost,
             heading_sigma_deg: (self.variance_sum / self.clouds).sqrt().to_degrees(),
             own: self.own.mean()?,
-            refined: self.refined.mean()?,
+            refined: self.refined.mean(),
             without_magnetometer: self.without_magnetometer.mean(),
             truth: self.truth.mean(),
         })
@@ -104,13 +112,37 @@ impl Watched {
 pub(super) struct Merges {
     pub(super) all: Vec<Merged>,
     pub(super) watched: Vec<Watched>,
-    pub(super) refiner: Refiner,
+    refiner: CloudRefiner,
 }
 
 impl Merges {
-    pub(super) fn new(watched: Vec<Watched>) -> Result<Self, VoxelMapError> {
+    pub(super) fn new(watched: Vec<Watched>) -> Result<Self, ConsumerError> {
         let all = Variant::ALL.into_iter().map(Merged::new).collect::<Result<_, _>>()?;
-        Ok(Self { all, watched, refiner: Refiner::default() })
+        let settings = RefineSettings { period: REFINED_EVERY, ..RefineSettings::default() };
+        let refiner = CloudRefiner::new(watched.len(), settings)?;
+        Ok(Self { all, watched, refiner })
+    }
+
+    /// Where ICP moves a cloud; `None` while its camera's first registration is waited for. The first camera
+    /// stays where it is.
+    pub(super) fn refine(&mut self, cloud: &PlacedCloud) -> Option<Transform<World, World>> {
+        match self.refiner.place(cloud) {
+            Placement::Insert(correction) => Some(correction),
+            Placement::Hold => None,
+        }
+    }
+
+    /// How ICP went, of all cameras.
+    pub(super) fn refinement(&self) -> Refinement {
+        let mut all = Refinement::default();
+        for report in (0..self.watched.len()).map(|camera| self.refiner.report(camera)) {
+            all.accepted += report.accepted;
+            all.refused += report.refused.total();
+            all.unrefined += report.unrefined;
+            all.last_refusal =
+                report.last_refusal.as_ref().map(ToString::to_string).or(all.last_refusal);
+        }
+        all
     }
 
     /// Takes a cloud that was placed by its camera's own pose into every merge that it belongs to.
@@ -118,7 +150,7 @@ impl Merges {
         // A cloud that was placed has this.
         let Ok(own) = cloud.pose().world_from_body() else { return };
         let time_ns = cloud.info().time_ns();
-        let refined = self.refined(cloud);
+        let refined = self.refine(cloud);
         let Some(watched) = self.watched.get_mut(cloud.camera()) else { return };
         let without = watched.others.without_magnetometer(time_ns);
         let truth = watched.others.truth(time_ns);
@@ -136,18 +168,6 @@ impl Merges {
             };
             merged.take(cloud, correction);
         }
-    }
-
-    /// The first camera stays where it is; the others are laid over it.
-    fn refined(&mut self, cloud: &PlacedCloud) -> Option<Transform<World, World>> {
-        if cloud.camera() > 0 {
-            return self.refiner.correction(cloud);
-        }
-        let first = self.all.iter().find(|merged| merged.variant == Variant::FrontAlone);
-        if let Some(first) = first {
-            self.refiner.look(&first.map, first.clouds);
-        }
-        Some(Transform::IDENTITY)
     }
 
     /// Points that both cameras' merge by their own poses has.

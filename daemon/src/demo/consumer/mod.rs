@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! CloudMerger (clouds placed by their camera's own pose) ─> Merges ─┬─> VoxelMap each ─> PLY
-//! OtherPoses (truth, without magnetometer), Refiner (ICP) ──────────┘
+//! OtherPoses (truth, without magnetometer), CloudRefiner (ICP) ─────┘
 //! ```
 //!
 //! One stream of clouds feeds all merges, so that they differ by poses alone.
@@ -10,14 +10,14 @@
 mod files;
 mod merges;
 mod poses;
-mod refine;
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use lodestone_client::{
-    CameraMerge, CameraNameError, Client, CloudMerger, DomainError, MergeError, VoxelMapError,
+    CameraMerge, CameraNameError, Client, CloudMerger, DomainError, MergeError, RefineError,
+    VoxelMapError,
 };
 
 use super::event::Event;
@@ -29,7 +29,7 @@ use merges::{Merges, Watched};
 use poses::OtherPoses;
 
 /// How long poses and clouds may take to come.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_mins(1);
 /// Between two lines of progress.
 const TELL: Duration = Duration::from_millis(200);
 /// How long a cloud is waited for at a time.
@@ -50,6 +50,9 @@ pub enum ConsumerError {
     /// A map cannot be made.
     #[error(transparent)]
     Map(#[from] VoxelMapError),
+    /// Clouds cannot be laid over each other.
+    #[error(transparent)]
+    Refine(#[from] RefineError),
     /// Something never came.
     #[error("{what} did not come within {} s", PATIENCE.as_secs())]
     Missing {
@@ -101,8 +104,10 @@ pub fn consume(out: &Path, times: Times, stop: &StopFlag) -> Result<(), Consumer
     wait_for_all(&mut merger, &mut merges, stop)?;
     tell(&Event::Settling);
     until(times.settle, stop, |_| {
-        // Young filters still move: what they place would smear.
-        drop(merger.wait(CLOUD_WAIT));
+        // Young filters still move: what they place would smear. ICP may learn the surfaces meanwhile.
+        if let Some(cloud) = merger.wait(CLOUD_WAIT) {
+            merges.refine(&cloud);
+        }
         None
     })?;
     until(times.merge, stop, |share| {
@@ -180,10 +185,9 @@ fn until<T: Into<Option<Event>>>(
 }
 
 fn seen(merger: &CloudMerger, merges: &Merges, times: Times) -> Result<Seen, ConsumerError> {
-    let refinement = merges.refiner.report();
     let nothing = |index: usize| ConsumerError::Nothing {
         camera: CAMERAS[index].into(),
-        why: refinement.last_refusal.clone().unwrap_or_else(|| "no cloud came".into()),
+        why: merger.refused(index).map_or_else(|| "no cloud came".into(), ToString::to_string),
     };
     let cameras = merges.watched.iter().enumerate().map(|(index, watched)| {
         watched.report(merger.counts(index).lost).ok_or_else(|| nothing(index))
@@ -193,7 +197,7 @@ fn seen(merger: &CloudMerger, merges: &Merges, times: Times) -> Result<Seen, Con
         merged_s: times.merge.as_secs_f64(),
         merges: merges.all.iter().map(merges::Merged::report).collect(),
         cameras: cameras.collect::<Result<_, _>>()?,
-        refinement,
+        refinement: merges.refinement(),
     })
 }
 
