@@ -5,7 +5,7 @@
 //!                         └─ distance of a point to the nearest surface
 //! ```
 //!
-//! A [`Scene`] is a room with [`Solid`]s in it and something that moves. A [`View`] is the scene from
+//! A [`Scene`] is a room with [`Solid`]s in it and something that moves. A `View` is the scene from
 //! one place at one instant, in single precision, ready for rays; the [`DepthCamera`] casts them.
 //! The estimator knows nothing of any of it.
 //!
