@@ -41,7 +41,7 @@ pub(super) const REALTIME: &[Key] = &[
         Whole(0, 1024),
         "KiB",
         "How much of its stack a lane's thread touches before the first sample, so that it takes no page \
-         fault later. A lane needs some 20.",
+         fault later. 0 touches none.",
     ),
 ];
 

@@ -72,7 +72,7 @@ fn judge_governors(governors: BTreeSet<String>, name: &'static str) -> Finding {
         }
         true => Finding::ok(name, list),
         false => Finding::better(name, list)
-            .means("a lane that sleeps between samples is woken on a slow processor: steps take twice as long")
+            .means("a lane that sleeps between samples is woken on a slow processor, and its steps take longer")
             .change("sudo cpupower frequency-set -g performance"),
     }
 }
