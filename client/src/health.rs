@@ -4,7 +4,7 @@ use core::time::Duration;
 
 use lodestone_schema::{
     AidFlags, AlignmentWait, AnchorRefusal, HeadingSource, Health, LaneState, PositionSource,
-    ServiceKind, Status, Validity,
+    RealTimeFlags, ServiceKind, Status, Validity,
 };
 
 use crate::error::MessageError;
@@ -127,6 +127,11 @@ impl LaneHealth {
     /// What was refused by its gate within that second.
     pub const fn aids_refused(&self) -> AidFlags {
         AidFlags::from_bits_truncate(self.message.aids_refused)
+    }
+
+    /// What the configuration asks of the system for this lane, and the system refused.
+    pub const fn real_time_refused(&self) -> RealTimeFlags {
+        RealTimeFlags::from_bits_truncate(self.message.real_time_refused)
     }
 
     /// Members of a rigid body, and whether each is in use; empty for a camera of its own.

@@ -95,7 +95,8 @@ pub use lodestone_schema::transport::{Availability, Domain, DomainError, OpenErr
 pub use lodestone_schema::{
     AidFlags, Aiding, AidingKind, AidingOrigin, AlignmentWait, AnchorRefusal, CalibratedSample,
     CloudFields, CloudFrame, CloudHeader, CloudPoint, DistanceSource, HeadingSource, Health,
-    LaneState, NorthKind, Pose, PositionSource, SampleFlags, Status, Validity, WorldState,
+    LaneState, NorthKind, Pose, PositionSource, RealTimeFlags, SampleFlags, Status, Validity,
+    WorldState,
 };
 pub use merge::{
     CameraMerge, CloudMerger, CloudMergerBuilder, Lateness, MapCounts, MergeCounts, MergeError,

@@ -237,6 +237,30 @@ fn a_daemon_that_was_killed_is_not_taken_for_a_running_one() {
 }
 
 #[test]
+fn doctor_judges_a_machine_by_its_files_and_ends_with_1_if_something_is_bad() {
+    const SOURCE: &str = "sys/devices/system/clocksource/clocksource0";
+    let (domain, machine) = (TestDomain::named("doctor"), tempfile::tempdir().unwrap());
+    for directory in ["dev/shm", SOURCE] {
+        fs::create_dir_all(machine.path().join(directory)).unwrap();
+    }
+    let current = machine.path().join(SOURCE).join("current_clocksource");
+    for (source, verdict) in [("hpet", "bad"), ("tsc", "ok")] {
+        fs::write(&current, source).unwrap();
+        let args = ["doctor", "--json", "--machine", &machine.path().display().to_string()];
+        let ended = output(&domain, &args);
+        let text = String::from_utf8_lossy(&ended.stdout);
+        let lines: Vec<Value> =
+            text.lines().map(|line| serde_json::from_str(line).expect("is JSON")).collect();
+        let clock = lines.iter().find(|line| line["check"] == "clock source").expect("is checked");
+        assert_eq!((&clock["found"], &clock["verdict"]), (&source.into(), &verdict.into()));
+        assert_eq!(clock["change"].is_string(), verdict == "bad");
+        // /dev/shm is as full as the file system the test runs on.
+        let any_bad = lines.iter().any(|line| line["verdict"] == "bad");
+        assert_eq!(ended.status.code(), Some(i32::from(any_bad)), "{}", stderr(&ended));
+    }
+}
+
+#[test]
 fn wait_waits_for_the_daemon() {
     let domain = TestDomain::named("wait");
     let mut command = lodestone(&domain, &["echo", "--count", "1", "--wait", "30"]);

@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use crate::model::{
-    Camera, Config, DriverKind, Lane, Replay, Rig, Scene, Synthetic, Threads, World,
+    Camera, Config, DriverKind, Lane, Policy, Realtime, Replay, Rig, Scene, Synthetic, Threads,
+    World,
 };
 
 impl Config {
@@ -24,6 +25,7 @@ impl Config {
             let _ = writeln!(out, "scene   {}", describe_scene(scene));
         }
         let _ = writeln!(out, "lane    {}", describe_lane(&self.lane));
+        let _ = writeln!(out, "threads {}", describe_realtime(&self.realtime));
         let shm = &self.shared_memory;
         let _ = writeln!(
             out,
@@ -54,6 +56,9 @@ fn describe(camera: &Camera) -> String {
         Some(file) => parts.push(format!("calibration {file}")),
         None if camera.driver == DriverKind::Zed2 => parts.push("not calibrated".into()),
         None => {}
+    }
+    if let Some(cpu) = camera.cpu {
+        parts.push(format!("on cpu {cpu}"));
     }
     if let Some(start) = camera.start {
         let [x, y, z] = start.position_m;
@@ -153,4 +158,13 @@ fn describe_lane(lane: &Lane) -> String {
         "{rate}, {threads}, bridges {} s, stale after {} s, new start after {} s",
         lane.bridge_limit_s, lane.stale_after_s, lane.reset_after_s
     )
+}
+
+fn describe_realtime(realtime: &Realtime) -> String {
+    let policy = match realtime.policy {
+        Policy::Other => "scheduled with everything else".into(),
+        Policy::Fifo => format!("SCHED_FIFO {}", realtime.priority),
+    };
+    let memory = if realtime.lock_memory { "memory locked" } else { "memory not locked" };
+    format!("{policy}, {memory}, timer slack {} ns", realtime.timer_slack_ns)
 }

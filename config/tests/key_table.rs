@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use lodestone_config::model::{
     AxisMap, Camera, CameraModel, Config, Cylinder, Depth, Disturbance, DriverKind, Estimator,
     Fault, FaultKind, HeadingMode, Instrument, Lane, MagneticDistortion, Motor, Mounting,
-    MoverShape, North, Pattern, Preset, Replay, RigidBody, Scene, SceneBox, SceneMover,
-    SensorErrors, SharedMemory, Start, Steel, Synthetic, Threads, TrajectoryKind, Transport,
-    ValidityBounds, World,
+    MoverShape, North, Pattern, Policy, Preset, Realtime, Replay, RigidBody, Scene, SceneBox,
+    SceneMover, SensorErrors, SharedMemory, Start, Steel, Synthetic, Threads, TrajectoryKind,
+    Transport, ValidityBounds, World,
 };
 use lodestone_config::{KeyInfo, explain, keys};
 use serde::de::DeserializeOwned;
@@ -22,6 +22,7 @@ fn full_camera() -> Camera {
         model: CameraModel::Zed2i,
         body: Some("car".into()),
         mounting: Mounting::default(),
+        cpu: Some(1),
         start: Some(Start { position_m: [1.0, 2.0, 0.0], sigma_m: 0.1 }),
         magnetometer_position_m: [0.0; 3],
         lens_position_m: Some([0.0; 3]),
@@ -34,6 +35,19 @@ fn full_camera() -> Camera {
         depth: Some(Depth::default()),
         replay: Some(Replay { file: "walk.csv".into(), speed: 1.0, repeat: false }),
         fault: vec![Fault { kind: FaultKind::Drop, at_s: 1.0, duration_s: 2.0 }],
+    }
+}
+
+/// Two of these make the body a rig, which alone has a thread to pin, whatever the first camera is.
+fn companion(name: &str) -> Camera {
+    let first = full_camera();
+    Camera {
+        name: name.into(),
+        driver: DriverKind::Replay,
+        body: first.body,
+        replay: first.replay,
+        fault: first.fault,
+        ..Camera::default()
     }
 }
 
@@ -90,6 +104,7 @@ fn full_config() -> Config {
         },
         shared_memory: SharedMemory::default(),
         lane: Lane { step_rate_hz: Some(400.0), ..Lane::default() },
+        realtime: Realtime::default(),
         scene: Some(full_scene()),
         estimator: Estimator { validity: ValidityBounds::default(), ..Estimator::default() },
         body: vec![RigidBody {
@@ -97,8 +112,9 @@ fn full_config() -> Config {
             vehicle: true,
             antenna_m: Some([0.0; 3]),
             gradient: true,
+            cpu: Some(0),
         }],
-        camera: vec![full_camera()],
+        camera: vec![full_camera(), companion("left"), companion("right")],
     }
 }
 
@@ -234,6 +250,7 @@ fn choices_are_the_words_of_the_enums() {
     let choices: BTreeMap<&str, BTreeSet<String>> = [
         ("world.north", words_of::<North>()),
         ("lane.threads", words_of::<Threads>()),
+        ("realtime.policy", words_of::<Policy>()),
         ("estimator.preset", words_of::<Preset>()),
         ("estimator.heading", words_of::<HeadingMode>()),
         ("estimator.preset", words_of::<Preset>()),
@@ -267,8 +284,10 @@ fn defaults_are_shown_where_a_file_could_say_them() {
         .collect();
     let expected = [
         "body.antenna_m",
+        "body.cpu",
         "camera.body",
         "camera.calibration",
+        "camera.cpu",
         "camera.lens_position_m",
         "camera.low_pass_hz",
         "camera.serial",

@@ -21,6 +21,7 @@ pub mod pose_axes;
 pub mod poses_csv;
 pub mod publisher;
 pub mod reading;
+pub mod realtime;
 pub mod recording;
 pub mod report;
 pub mod rig;

@@ -13,6 +13,7 @@ use crate::handover::{HandOver, Rhythm};
 use crate::lane::{Core, LaneSettings, Publish, Worker};
 use crate::publisher::{AidingInbox, LanePublisher};
 use crate::reading::HostTime;
+use crate::realtime::{ThreadSetup, enter};
 use crate::ring::{Consumer, Producer, ring};
 use crate::source::{Source, open};
 use crate::status_board::LaneBoard;
@@ -57,6 +58,8 @@ fn run(context: &LaneContext, source: Source, ready: Ready) -> Result<(), LaneFa
     let unix_offset = context.unix_offset.clone();
     let worker = Worker::new(core, settings, publisher, board, unix_offset, host_rate);
     let (producer, consumer) = ring(config.lane.ring_capacity);
+    let setup = ThreadSetup::of_camera(config, context.camera);
+    let _enrolled = enter(&setup, &context.board.roster);
     ready.tell();
     let rate_hz = info.nominal_rate_hz;
     let ring = (producer, consumer);
@@ -137,7 +140,9 @@ impl Reader {
         let (stop, board) = (context.stop.clone(), Arc::clone(&context.board));
         let lost = Arc::new(AtomicBool::new(false));
         let says_lost = Arc::clone(&lost);
+        let setup = ThreadSetup::of_camera(&context.loaded.config, context.camera);
         let read = move || {
+            let _enrolled = enter(&setup, &board.roster);
             let mut state = SourceState::Streaming;
             while !stop.is_raised() && state != SourceState::Ended {
                 state = driver.poll(PATIENCE, &mut producer);

@@ -79,6 +79,21 @@ bitflags! {
 }
 
 bitflags! {
+    /// What the configuration asks of the system for a lane, and the system did not grant.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub struct RealTimeFlags: u8 {
+        /// A thread of the lane has no real-time priority.
+        const SCHEDULING = 1 << 0;
+        /// Memory is not locked: a page that is needed may have to come from a disk.
+        const MEMORY_LOCK = 1 << 1;
+        /// A thread of the lane is not on the processor that it should stay on.
+        const AFFINITY = 1 << 2;
+        /// Sleeps of a thread of the lane may end later than they should.
+        const TIMER_SLACK = 1 << 3;
+    }
+}
+
+bitflags! {
     /// Which fields of a calibrated sample hold a new value.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub struct SampleFlags: u32 {

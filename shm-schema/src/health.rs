@@ -189,7 +189,11 @@ pub struct Health {
     /// Aiding measurements that make no sense: not finite, unknown code, of the future.
     pub aiding_invalid: u64,
     /// One bit for each member of a rigid body in use, the first in bit 0; 0 for a camera of its own.
-    pub members_in_use: u64,
+    pub members_in_use: u32,
+    /// Bits of [`crate::RealTimeFlags`]: what the configuration asks for and the system refused.
+    pub real_time_refused: u8,
+    /// Zero.
+    pub reserved: [u8; 3],
     /// Delay of the low-pass, which the pose has made up for, s; 0 without one, `NaN` when unknown.
     pub group_delay_s: f64,
 }
@@ -238,5 +242,7 @@ assert_layout!(
     aiding_refused = 224,
     aiding_invalid = 232,
     members_in_use = 240,
+    real_time_refused = 244,
+    reserved = 245,
     group_delay_s = 248,
 );

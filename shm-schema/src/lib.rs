@@ -38,7 +38,8 @@ mod world;
 pub use aiding::{Aiding, AidingKind, AidingOrigin};
 pub use cloud::{CloudFields, CloudFrame, CloudHeader, CloudPoint};
 pub use flags::{
-    AidFlags, DistanceSource, HeadingSource, PositionSource, SampleFlags, Status, Validity,
+    AidFlags, DistanceSource, HeadingSource, PositionSource, RealTimeFlags, SampleFlags, Status,
+    Validity,
 };
 pub use health::{AlignmentWait, AnchorRefusal, Health, LaneState};
 pub use name::{NAME_BYTES, name_of, to_name};

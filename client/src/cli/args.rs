@@ -65,6 +65,8 @@ pub(super) enum Command {
     Relative(RelativeArgs),
     /// The tree of frames: world, bodies, cameras, lenses, magnetometers.
     Transforms,
+    /// Check whether this machine lets poses be in time, and say what to change; 1 if something is bad.
+    Doctor(DoctorArgs),
     /// How long samples take from their arrival to a consumer, stage by stage. Takes one processor while
     /// it measures, and one place among the cameras' subscribers.
     Bench(BenchArgs),
@@ -107,6 +109,13 @@ pub(super) struct RelativeArgs {
     /// Camera a, in whose axes all is given, and camera b; every pair if left out.
     #[arg(num_args = 2, value_names = ["A", "B"])]
     pub(super) cameras: Vec<String>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct DoctorArgs {
+    /// Look at the files of a machine below this directory instead.
+    #[arg(long, value_name = "DIRECTORY", hide = true)]
+    pub(super) machine: Option<PathBuf>,
 }
 
 #[derive(Debug, clap::Args)]

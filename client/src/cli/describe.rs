@@ -3,7 +3,7 @@
 use core::fmt::Debug;
 
 use bitflags::Flags;
-use lodestone_client::{AlignmentWait, LaneHealth, LaneState, Status};
+use lodestone_client::{AlignmentWait, LaneHealth, LaneState, RealTimeFlags, Status};
 
 /// The names of the bits set, in lower case.
 pub(super) fn bits(flags: impl Flags + Copy) -> Vec<String> {
@@ -46,12 +46,25 @@ pub(super) fn problems(health: Option<&LaneHealth>, status: Status) -> Vec<Strin
     let set = WARNINGS.iter().filter(|(flag, _)| status.contains(*flag));
     let mut found: Vec<String> = set.map(|(_, words)| (*words).to_owned()).collect();
     found.extend(health.and_then(state_problem).map(str::to_owned));
+    found.extend(health.map(refused).unwrap_or_default());
     let refusal = health.and_then(LaneHealth::anchor_refusal);
     found.extend(
         refusal.map(|why| format!("aiding against another camera refused: {}", why.advice())),
     );
     found.extend(health.map(counted).unwrap_or_default());
     found
+}
+
+/// What the system did not grant; `lodestone doctor` says which limit to raise.
+fn refused(health: &LaneHealth) -> Vec<String> {
+    const REFUSALS: [(RealTimeFlags, &str); 4] = [
+        (RealTimeFlags::SCHEDULING, "no real-time priority"),
+        (RealTimeFlags::MEMORY_LOCK, "memory is not locked"),
+        (RealTimeFlags::AFFINITY, "not on its processor"),
+        (RealTimeFlags::TIMER_SLACK, "timer slack not set"),
+    ];
+    let set = REFUSALS.iter().filter(|(flag, _)| health.real_time_refused().contains(*flag));
+    set.map(|(_, words)| format!("{words}, though configured: see lodestone doctor")).collect()
 }
 
 fn state_problem(health: &LaneHealth) -> Option<&'static str> {

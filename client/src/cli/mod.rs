@@ -3,6 +3,7 @@
 mod args;
 mod bench;
 mod describe;
+mod doctor;
 mod echo;
 mod failure;
 mod json;
@@ -57,6 +58,7 @@ fn command(args: &Args) -> Result<(), Failure> {
         Command::Relative(chosen) => relative::run(&session, chosen),
         Command::Transforms => transforms::run(&session),
         Command::Bench(chosen) => bench::run(&session, chosen),
+        Command::Doctor(chosen) => doctor::run(&session, chosen),
     }
 }
 

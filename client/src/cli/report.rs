@@ -43,6 +43,8 @@ pub(super) struct Report {
     pub(super) temperature_c: Option<f64>,
     pub(super) magnetic_norm_ut: Option<f64>,
     pub(super) status: Vec<String>,
+    /// What the configuration asks of the system and the system refused.
+    pub(super) real_time_refused: Option<Vec<String>>,
     pub(super) problems: Vec<String>,
     /// Samples missing from the sensor, dropped by the ring, and bridged.
     pub(super) samples_lost: Option<u64>,
@@ -133,6 +135,7 @@ impl Monitor {
             temperature_c: health.and_then(LaneHealth::temperature_c),
             magnetic_norm_ut: health.and_then(LaneHealth::magnetic_norm_ut),
             status: bits(status),
+            real_time_refused: health.map(|h| bits(h.real_time_refused())),
             samples_lost: counter(|h| h.message().samples_lost),
             ring_dropped: counter(|h| h.message().ring_dropped),
             steps_bridged: counter(|h| h.message().steps_bridged),

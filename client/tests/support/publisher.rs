@@ -273,6 +273,8 @@ fn health(poses: u64) -> Health {
         aiding_refused: 0,
         aiding_invalid: 0,
         members_in_use: 0,
+        real_time_refused: 0,
+        reserved: [0; 3],
         group_delay_s: 0.0,
     }
 }

@@ -64,6 +64,7 @@ fn bodies(config: &Config, report: &mut Report) {
     unique_body_names(&config.body, report);
     for (index, body) in config.body.iter().enumerate() {
         body_unlike_cameras(body, &config.camera, &format!("body[{index}].name"), report);
+        cpu_of_a_rig(config, index, report);
     }
     for (index, camera) in config.camera.iter().enumerate() {
         body_exists(camera, config, &format!("camera[{index}].body"), report);
@@ -71,6 +72,17 @@ fn bodies(config: &Config, report: &mut Report) {
     for rig in config.rigs() {
         few_enough(&rig, report);
         one_motion(config, &rig, report);
+    }
+}
+
+/// A body with fewer than two cameras has no thread of its own.
+fn cpu_of_a_rig(config: &Config, body: usize, report: &mut Report) {
+    let is_rig = config.rigs().iter().any(|rig| rig.body == body);
+    if config.body[body].cpu.is_some() && !is_rig {
+        let problem =
+            "is for the common lane of several cameras, and fewer than two name this body";
+        let allowed = "this key only with two cameras or more; for a single one, camera.cpu";
+        report.conflict(&format!("body[{body}].cpu"), &[], problem.into(), allowed);
     }
 }
 

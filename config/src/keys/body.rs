@@ -2,6 +2,7 @@
 
 use super::Kind::{Switch, Text, Vector};
 use super::range::plus_minus;
+use super::realtime::BODY_CPU;
 use super::text::Text::CameraName;
 use super::{Key, key};
 
@@ -31,4 +32,5 @@ pub(super) const BODY: &[Key] = &[
          it strong enough. It needs three cameras or more, not in a line, calibrated, with their \
          magnetometers' places surveyed to centimetres.",
     ),
+    BODY_CPU,
 ];

@@ -2,6 +2,7 @@
 
 use super::Kind::{Axes, Choice, Number, SoftIron, Switch, Text, Vector, Whole};
 use super::range::{above_zero_to, from_to, plus_minus};
+use super::realtime::CAMERA_CPU;
 use super::text::Text::{CalibrationFile, CameraName, Recording};
 use super::{Key, key};
 
@@ -37,6 +38,7 @@ pub(super) const CAMERA: &[Key] = &[
         "Name of the body (a table headed [[body]]) that carries the camera; without it the camera \
          moves for itself.",
     ),
+    CAMERA_CPU,
     key(
         "magnetometer_position_m",
         Vector(plus_minus(1.0)),

@@ -8,6 +8,7 @@ use super::camera::{
 };
 use super::depth::DEPTH;
 use super::range::{above_zero_to, from_to, plus_minus};
+use super::realtime::REALTIME;
 use super::scene::{BOX, CYLINDER, MOVER, ROOM};
 use super::text::Text::{Directory, Prefix, WorldFile};
 use super::{Key, Schema, Section, Shape, key};
@@ -40,6 +41,13 @@ pub(crate) static CONFIG: Schema = Schema {
             shape: Shape::Table,
             meaning: "How each camera's lane runs, from driver to publisher.",
             keys: LANE,
+        },
+        Section {
+            path: "realtime",
+            shape: Shape::Table,
+            meaning: "How the threads of the lanes run. What the system refuses is said in the log and in \
+                      each camera's health, which then is degraded; the lanes run on without it.",
+            keys: REALTIME,
         },
         Section {
             path: "estimator",

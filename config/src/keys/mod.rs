@@ -12,6 +12,7 @@ mod kind;
 mod matrix;
 mod number;
 mod range;
+mod realtime;
 mod scene;
 mod text;
 

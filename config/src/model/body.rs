@@ -20,11 +20,13 @@ pub struct RigidBody {
     /// Whether the gradient of the magnetic field between its cameras tells the velocity, where it is
     /// strong enough; it needs three cameras that are not in a line.
     pub gradient: bool,
+    /// Processor that the thread of the cameras' common lane stays on; any if absent.
+    pub cpu: Option<u16>,
 }
 
 impl Default for RigidBody {
     /// No road vehicle; the gradient counts where it can.
     fn default() -> Self {
-        Self { name: String::new(), vehicle: false, antenna_m: None, gradient: true }
+        Self { name: String::new(), vehicle: false, antenna_m: None, gradient: true, cpu: None }
     }
 }

@@ -46,6 +46,8 @@ pub struct Camera {
     pub body: Option<String>,
     /// Where the camera sits on its body.
     pub mounting: Mounting,
+    /// Processor that the threads of the camera's lane stay on; any if absent.
+    pub cpu: Option<u16>,
     /// Where the camera stands in the world when it is first aligned, if that is known.
     pub start: Option<Start>,
     /// The magnetometer in the camera's body axes, from the IMU, m.
@@ -81,6 +83,7 @@ impl Default for Camera {
             model: CameraModel::default(),
             body: None,
             mounting: Mounting::default(),
+            cpu: None,
             start: None,
             magnetometer_position_m: [0.0; 3],
             lens_position_m: None,

@@ -9,6 +9,7 @@ mod camera;
 mod depth;
 mod estimator;
 mod lane;
+mod realtime;
 mod scene;
 mod synthetic;
 
@@ -20,6 +21,7 @@ pub use camera::{
 pub use depth::Depth;
 pub use estimator::{Estimator, HeadingMode, Preset, ValidityBounds};
 pub use lane::{Lane, SharedMemory, Threads};
+pub use realtime::{Policy, Realtime};
 pub use scene::{Cylinder, MoverShape, Pattern, Room, Scene, SceneBox, SceneMover};
 pub use synthetic::{
     Disturbance, Instrument, MagneticDistortion, Motor, SensorErrors, Synthetic, TrajectoryKind,
@@ -38,6 +40,8 @@ pub struct Config {
     pub shared_memory: SharedMemory,
     /// How every camera's lane runs.
     pub lane: Lane,
+    /// How the lanes' threads are scheduled.
+    pub realtime: Realtime,
     /// The filter, one set of parameters for all cameras.
     pub estimator: Estimator,
     /// What synthetic cameras see; none if absent.

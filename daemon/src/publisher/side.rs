@@ -107,6 +107,8 @@ pub(crate) const fn blank_health() -> Health {
         aiding_refused: 0,
         aiding_invalid: 0,
         members_in_use: 0,
+        real_time_refused: 0,
+        reserved: [0; 3],
         group_delay_s: f64::NAN,
     }
 }

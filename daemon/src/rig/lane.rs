@@ -13,6 +13,7 @@ use crate::driver::Driver;
 use crate::pipeline::{PATIENCE, Reader};
 use crate::publisher::{AidingInbox, LanePublisher};
 use crate::reading::HostTime;
+use crate::realtime::{ThreadSetup, enter};
 use crate::ring::{Consumer, Doorbell, ring_with, wait_for_any};
 use crate::service::housekeeping::{HousekeptLane, TruthProvider};
 use crate::source::{Source, open};
@@ -71,6 +72,8 @@ fn run(begin: Begin, ready: Ready) -> Result<(), LaneFailure> {
     let settings = settings.with_kept(first.kept_place);
     let world = Arc::clone(&first.world);
     let membership = Membership::new(world, first.camera, settings.place);
+    let setup = ThreadSetup::of_body(&first.loaded.config, rig.body, &rig.members);
+    let roster = Arc::clone(&board.roster);
     let core = RigCore::in_world(&settings, membership);
     let body = Outlet { publisher: publisher(first, &settings.body)?, board };
     let mut outlets = Vec::new();
@@ -87,6 +90,7 @@ fn run(begin: Begin, ready: Ready) -> Result<(), LaneFailure> {
     }
     let inboxes = inboxes(&members, &settings.body)?;
     let worker = RigWorker::new(core, settings, body, outlets, first.unix_offset.clone());
+    let _enrolled = enter(&setup, &roster);
     ready.tell();
     let drivers = sources.into_iter().map(|source| source.driver).collect();
     serve(&members, drivers, worker, inboxes)

@@ -206,7 +206,7 @@ impl<P: Publish> RigWorker<P> {
     }
 
     /// One bit for each member that counts.
-    fn members_in_use(&self) -> u64 {
+    fn members_in_use(&self) -> u32 {
         let counts = |k: &usize| self.core.status(*k).exclusion.is_none();
         (0..self.present.len()).filter(counts).fold(0, |bits, k| bits | 1 << k)
     }

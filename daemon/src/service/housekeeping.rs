@@ -21,6 +21,7 @@ use super::world_duty::WorldDuty;
 use crate::clock::UnixOffset;
 use crate::publisher::{HealthPublisher, PublisherError, TruthPublisher};
 use crate::reading::HostTime;
+use crate::realtime::lock_memory;
 use crate::status_board::LaneBoard;
 use crate::world::Keeper;
 
@@ -175,6 +176,7 @@ fn serve(
         let kept = kept.collect::<Result<Vec<_>, PublisherError>>()?;
         let world = WorldDuty::open(&node, config, duties.keeper, duties.reset)?;
         prefault(&domain.prefix)?;
+        lock_memory_of(config, &kept);
         Ok((kept, world, node))
     });
     let (mut kept, mut world, node) = match opened {
@@ -185,6 +187,17 @@ fn serve(
     // The receiver waits in `start`; if that thread died, the stop flag will not come either.
     if ready.send(Ok(())).is_ok() {
         keep(&mut kept, &mut world, &node, overview, unix_offset, stop);
+    }
+}
+
+/// Without it the lanes run on, and their health says so.
+fn lock_memory_of(config: &Config, lanes: &[Kept]) {
+    if !config.realtime.lock_memory {
+        return;
+    }
+    if let Err(refusal) = lock_memory() {
+        tracing::warn!("{refusal}");
+        lanes.iter().for_each(|lane| lane.monitor.roster().note_memory_refused());
     }
 }
 
@@ -212,6 +225,7 @@ fn keep(
         if last_health.elapsed() >= HEALTH_INTERVAL {
             last_health = Instant::now();
             unix_offset.refresh();
+            kept.iter().for_each(|lane| lane.monitor.roster().pin_again());
             publish_health(kept, world);
             world.publish(unix_offset.as_nanos());
             // Files of consumers that were killed stay until somebody looks.

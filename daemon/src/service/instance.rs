@@ -10,11 +10,9 @@ use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use lodestone_schema::transport::LOCK_FILE;
 use rustix::fs::{FlockOperation, OFlags, flock};
 use rustix::io::Errno;
-
-/// Name of the lock file in the domain's root directory.
-pub const LOCK_FILE: &str = "lodestoned.lock";
 
 /// More than a holder's description ever needs, bytes.
 const LONGEST_DESCRIPTION: u64 = 256;

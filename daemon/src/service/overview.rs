@@ -8,6 +8,7 @@ use lodestone_schema::{AlignmentWait, Health, LaneState};
 use crate::lane::low_pass_of;
 use crate::publisher::blank_health;
 use crate::reading::HostTime;
+use crate::realtime::Roster;
 use crate::status_board::{LaneBoard, LaneStatus};
 
 /// One lane: its name, its board, and the intervals over which rates are taken.
@@ -115,18 +116,32 @@ impl LaneMonitor {
     pub fn view(&self) -> LaneView {
         LaneView {
             name: self.name.clone(),
-            state: self.board.state(),
+            state: self.state(),
             alignment_wait: self.board.alignment_wait(),
             health: self.health,
             status: self.board.latest.read(),
         }
     }
 
+    /// Poses without what the configuration asks of the system may be late, so they are degraded.
+    fn state(&self) -> LaneState {
+        match self.board.state() {
+            LaneState::Running if !self.board.roster.refused().is_empty() => LaneState::Degraded,
+            state => state,
+        }
+    }
+
+    /// The lane's threads, for housekeeping.
+    pub(super) fn roster(&self) -> &Roster {
+        &self.board.roster
+    }
+
     fn fill_latest(&mut self, now: HostTime) {
-        let latest = self.board.latest.read();
+        let (latest, state) = (self.board.latest.read(), self.state());
         let health = &mut self.health;
         health.time_ns = now.as_nanos();
-        health.state = self.board.state().code();
+        health.real_time_refused = self.board.roster.refused().bits();
+        health.state = state.code();
         health.alignment_wait = self.board.alignment_wait().code();
         health.anchor_refusal = self.board.anchor_refusal().code();
         health.members_in_use = self.board.members_in_use();

@@ -9,7 +9,8 @@ mod histogram;
 mod latest;
 mod status;
 
-use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
 use lodestone_schema::{AlignmentWait, AnchorRefusal, LaneState};
 
@@ -17,6 +18,8 @@ pub use counter::{Counter, CounterValues, LaneCounters};
 pub use histogram::{Histogram, LatencySummary};
 pub use latest::Latest;
 pub use status::{LaneStatus, SensorStatus};
+
+use crate::realtime::Roster;
 
 /// One lane's board, shared as an `Arc`.
 #[derive(Debug, Default)]
@@ -31,10 +34,12 @@ pub struct LaneBoard {
     pub latency: Histogram,
     /// The latest pose and sensor readings.
     pub latest: Latest,
+    /// The lane's threads; not looked at on the way of a sample.
+    pub roster: Arc<Roster>,
     state: AtomicU8,
     alignment_wait: AtomicU8,
     anchor_refusal: AtomicU8,
-    members_in_use: AtomicU64,
+    members_in_use: AtomicU32,
 }
 
 impl LaneBoard {
@@ -81,12 +86,12 @@ impl LaneBoard {
     }
 
     /// One bit for each member of a rigid body in use; 0 for a camera.
-    pub fn members_in_use(&self) -> u64 {
+    pub fn members_in_use(&self) -> u32 {
         self.members_in_use.load(Ordering::Relaxed)
     }
 
     /// Says which members of a rigid body are in use.
-    pub fn set_members_in_use(&self, bits: u64) {
+    pub fn set_members_in_use(&self, bits: u32) {
         self.members_in_use.store(bits, Ordering::Relaxed);
     }
 

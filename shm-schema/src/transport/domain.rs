@@ -18,6 +18,9 @@ use crate::{DEFAULT_PREFIX, DEFAULT_ROOT};
 /// default of one second would stall the lane.
 const CREATION_TIMEOUT: Duration = Duration::from_millis(1);
 
+/// Name of the file in a domain's root on which its daemon holds a lock: `pid N` in its first line.
+pub const LOCK_FILE: &str = "lodestoned.lock";
+
 /// A place in shared memory: processes meet if they name the same prefix and root.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Domain {

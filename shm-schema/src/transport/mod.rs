@@ -17,7 +17,7 @@ pub use cloud::{
     CLOUD_BORROWED, CLOUD_BUFFER, CLOUD_SUBSCRIBERS, Clouds, open_clouds_for_reading,
     open_clouds_for_writing,
 };
-pub use domain::{Domain, DomainError};
+pub use domain::{Domain, DomainError, LOCK_FILE};
 pub use open::{
     Availability, Events, OpenError, PublishSubscribe, Qos, cameras, open_event_for_reading,
     open_event_for_writing, open_for_reading, open_for_writing,

@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{JoinHandle, spawn};
 
@@ -21,7 +21,12 @@ pub struct Daemon {
 impl Daemon {
     /// Starts one and waits until it serves all its cameras.
     pub fn start(configuration: &Path) -> Self {
-        let mut daemon = Self::spawn(configuration);
+        Self::start_by(lodestoned(), configuration)
+    }
+
+    /// The same by a command that ends with the program, such as [`super::without_rights`].
+    pub fn start_by(program: Command, configuration: &Path) -> Self {
+        let mut daemon = Self::spawn_by(program, configuration);
         eventually("the daemon serves", || {
             let ended = daemon.child.try_wait().expect("can be asked");
             assert!(ended.is_none(), "ended instead of serving: {}", daemon.log());
@@ -32,7 +37,11 @@ impl Daemon {
 
     /// Starts one and waits for nothing: its cameras begin one after the other.
     pub fn spawn(configuration: &Path) -> Self {
-        let mut child = lodestoned()
+        Self::spawn_by(lodestoned(), configuration)
+    }
+
+    fn spawn_by(mut program: Command, configuration: &Path) -> Self {
+        let mut child = program
             .args(["run", "--config"])
             .arg(configuration)
             .stdin(Stdio::null())

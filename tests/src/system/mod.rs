@@ -18,7 +18,7 @@ pub use daemon::Daemon;
 pub use domain::{MOST_CONSUMERS, TestDomain};
 pub use follower::{Follower, Tally};
 pub use patience::{PATIENCE, eventually, skipped};
-pub use programs::{lodestone, lodestoned, on_small_shm, said};
+pub use programs::{lodestone, lodestoned, on_small_shm, said, without_rights};
 pub use recordings::{Recorded, SensorRow, compressed, synthetic_camera};
 use replayed::text_of;
 pub use replayed::{PoseLine, Replayed, replay, table};

@@ -49,6 +49,24 @@ pub fn on_small_shm(size_bytes: u64) -> Option<Command> {
     None
 }
 
+/// A program without the rights to real-time priority and to more than 64 KiB of locked memory, also
+/// for root; `None`, with a line that says so, where the tools for it are missing.
+pub fn without_rights(program: &Command) -> Option<Command> {
+    let stripped = || {
+        let mut command = Command::new("setpriv");
+        command.args(["--bounding-set=-all", "--inh-caps=-all"]);
+        command.args(["prlimit", "--rtprio=0", "--memlock=65536"]);
+        command
+    };
+    if !stripped().arg("true").output().is_ok_and(|o| o.status.success()) {
+        skipped("no setpriv or prlimit to run a program without rights");
+        return None;
+    }
+    let mut command = stripped();
+    command.arg(program.get_program());
+    Some(command)
+}
+
 /// What a program that ended wrote, for messages.
 pub fn said(output: &Output) -> String {
     format!(

@@ -9,6 +9,7 @@ mod check;
 mod consumers;
 mod damaged_recordings;
 mod demo;
+mod realtime;
 mod replay;
 mod rig;
 mod service;
