@@ -38,6 +38,9 @@ struct Args {
     /// Print the tables of the README instead of the whole report.
     #[arg(long)]
     markdown: bool,
+    /// Without real-time priority, also where it is allowed.
+    #[arg(long)]
+    ordinary: bool,
     /// Given by `cargo bench`; without it (as in `cargo test`) nothing is measured.
     #[arg(long, hide = true)]
     bench: bool,
@@ -49,14 +52,20 @@ struct Args {
 fn main() -> Result<(), Box<dyn Error>> {
     let args = Args::parse();
     if let Some(role) = &args.role {
-        return play(role);
+        return play(role, !args.ordinary);
     }
     if !args.bench {
         println!("skipped: latencies are measured by cargo bench");
         return Ok(());
     }
     let rounds = usize::try_from(args.rounds)?;
-    let plan = Plan { rounds, seconds: args.seconds, seed: args.seed, only: args.only };
+    let plan = Plan {
+        rounds,
+        seconds: args.seconds,
+        seed: args.seed,
+        real_time: !args.ordinary,
+        only: args.only,
+    };
     let summary = Summary::of(&plan, &plan.run()?);
     if let Some(file) = &args.json {
         fs::write(file, serde_json::to_string_pretty(&summary)? + "\n")?;

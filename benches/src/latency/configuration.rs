@@ -4,6 +4,8 @@ use std::fmt::Write;
 
 use lodestone_schema::transport::Domain;
 
+use super::cores::PRIORITY;
+
 /// What is measured of the daemon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Setup {
@@ -21,10 +23,15 @@ impl Setup {
 
     /// The configuration file: cameras that are carried by hand after a rest in which they align. Their
     /// clocks differ by some parts in a thousand, as real ones do, so that their samples meet sometimes.
-    pub fn configuration(&self, domain: &Domain) -> String {
+    ///
+    /// The lanes ask for `SCHED_FIFO` if they are to have real time: where it is not allowed, they run on
+    /// without.
+    pub fn configuration(&self, domain: &Domain, real_time: bool) -> String {
         let Self { threads, wake_events, .. } = self;
+        let policy = if real_time { "fifo" } else { "other" };
         let mut text = format!(
             "[shared_memory]\nprefix = {:?}\nroot = {:?}\nwake_events = {wake_events}\n\
+             [realtime]\npolicy = {policy:?}\npriority = {PRIORITY}\nlock_memory = {real_time}\n\
              [lane]\nthreads = {threads:?}\n[estimator]\nalignment_rest_s = 0.2\n",
             domain.prefix, domain.root
         );
@@ -58,7 +65,7 @@ mod tests {
     fn the_daemon_takes_it() {
         let domain = Domain { prefix: "p_".into(), root: "/dev/shm/x/".into() };
         for setup in [Setup::ONE, Setup { cameras: 64, threads: "timed", wake_events: true }] {
-            let text = setup.configuration(&domain);
+            let text = setup.configuration(&domain, true);
             let config = Config::from_toml("bench", &text).expect("is valid");
             assert_eq!(config.camera.len(), setup.cameras);
             assert_eq!(config.shared_memory.wake_events, setup.wake_events);

@@ -1,8 +1,13 @@
-//! Which part of the harness runs where.
+//! Which part of the harness runs where, and with which priority.
 
 use std::io;
+use std::sync::Arc;
 
+use lodestone_daemon::realtime::{Enrolled, Roster, ThreadSetup, enter};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+
+/// Priority of lanes, peers' publishers and consumers under `SCHED_FIFO`.
+pub const PRIORITY: u8 = 50;
 
 /// The processors this process may use.
 ///
@@ -50,4 +55,17 @@ impl Side {
         own.set(processor);
         Ok(sched_setaffinity(None, &own)?)
     }
+}
+
+/// Gives the calling thread what a lane's thread asks for under `realtime.policy = "fifo"`, as far as it
+/// is allowed: threads that it starts are scheduled normally.
+#[must_use]
+pub fn become_real_time() -> Enrolled {
+    let setup = ThreadSetup {
+        priority: Some(PRIORITY),
+        cpu: None,
+        timer_slack_ns: 1000,
+        prefault_stack_kib: 128,
+    };
+    enter(&setup, &Arc::new(Roster::default()))
 }

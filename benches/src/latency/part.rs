@@ -4,6 +4,8 @@ use std::error::Error;
 use std::io::Read;
 use std::process::{Child, Command, Stdio};
 
+use rustix::process::{Pid, Signal, kill_process};
+
 use super::told::Told;
 use crate::domain::OwnDomain;
 
@@ -13,13 +15,15 @@ pub struct Part {
     role: String,
 }
 
-/// When a part's measurement begins, and how long it takes, s.
+/// How a part measures.
 #[derive(Clone, Copy, Debug)]
-pub struct Timing {
-    /// Until it counts.
+pub struct Conditions {
+    /// Seconds until it counts.
     pub settle_s: f64,
-    /// While it counts.
+    /// Seconds that count.
     pub measure_s: f64,
+    /// With real-time priority, where that is allowed.
+    pub real_time: bool,
 }
 
 impl Part {
@@ -37,11 +41,16 @@ impl Part {
     ///
     /// # Errors
     /// As [`Part::start`].
-    pub fn watch(role: &[&str], own: &OwnDomain, timing: Timing) -> Result<Self, Box<dyn Error>> {
-        let (settle, measure) = (timing.settle_s.to_string(), timing.measure_s.to_string());
+    pub fn watch(
+        role: &[&str],
+        own: &OwnDomain,
+        conditions: Conditions,
+    ) -> Result<Self, Box<dyn Error>> {
+        let (settle, measure) = (conditions.settle_s.to_string(), conditions.measure_s.to_string());
         let domain = own.domain();
         let place = [domain.prefix.as_str(), &domain.root, &settle, &measure];
-        Self::start(&[role, &place].concat())
+        let ordinary: &[&str] = if conditions.real_time { &[] } else { &["--ordinary"] };
+        Self::start(&[ordinary, role, &place].concat())
     }
 
     /// The process's number.
@@ -61,6 +70,15 @@ impl Part {
         self.expect_success()?;
         let told = serde_json::from_str(text.lines().next_back().unwrap_or_default());
         told.map_err(|e| format!("{}: it told nothing: {e}", self.role).into())
+    }
+
+    /// Asks it to stop, and waits until it has.
+    ///
+    /// # Errors
+    /// If it failed.
+    pub fn stop(&mut self) -> Result<(), Box<dyn Error>> {
+        kill_process(Pid::from_child(&self.child), Signal::TERM)?;
+        self.expect_success()
     }
 
     /// Waits for its end.

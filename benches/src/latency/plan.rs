@@ -25,6 +25,8 @@ pub struct Plan {
     pub seconds: f64,
     /// Of the order.
     pub seed: u64,
+    /// With real-time priority, where that is allowed.
+    pub real_time: bool,
     /// What is measured; everything if empty.
     pub only: Vec<Subject>,
 }
@@ -56,7 +58,7 @@ impl Plan {
         for round in 1..=self.rounds {
             for subject in self.order(round) {
                 eprintln!("round {round} of {}: {}", self.rounds, subject.name());
-                let outcome = run(subject, self.seconds, sentinel.as_ref());
+                let outcome = run(subject, (self.seconds, self.real_time), sentinel.as_ref());
                 outcomes.push(outcome.map_err(|e| format!("{}: {e}", subject.key()))?);
             }
         }
@@ -70,7 +72,7 @@ mod tests {
 
     #[test]
     fn each_round_has_every_subject_once_in_an_order_of_its_own() {
-        let plan = Plan { rounds: 2, seconds: 1.0, seed: 7, only: Vec::new() };
+        let plan = Plan { rounds: 2, seconds: 1.0, seed: 7, real_time: true, only: Vec::new() };
         let (first, second) = (plan.order(1), plan.order(2));
         assert_ne!(first, second);
         assert_eq!(first, plan.order(1), "the seed tells");

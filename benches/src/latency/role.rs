@@ -15,7 +15,7 @@ use lodestone_daemon::cli::{Cli, Command, RunArgs};
 use lodestone_daemon::commands::execute;
 use lodestone_schema::transport::Domain;
 
-use super::cores::Side;
+use super::cores::{Side, become_real_time};
 use super::peers::{self, Peer, Place};
 use super::step_alone;
 
@@ -112,12 +112,13 @@ impl Watch {
     }
 }
 
-/// Plays a part to its end.
+/// Plays a part to its end, with real-time priority if it is to have it and may.
 ///
 /// # Errors
 /// Whatever went wrong, for a person.
-pub fn play(role: &Role) -> Result<(), Box<dyn Error>> {
+pub fn play(role: &Role, real_time: bool) -> Result<(), Box<dyn Error>> {
     role.side().enter()?;
+    let _enrolled = (real_time && role.has_a_rhythm()).then(become_real_time);
     match role {
         Role::Daemon { config, seconds, .. } => daemon(config.clone(), *seconds),
         Role::Poll(watch) => consumer::poll(watch),
@@ -142,6 +143,12 @@ impl Role {
                 Side::Consumer
             }
         }
+    }
+
+    /// Whether it sleeps between messages. What never does would be throttled with real-time priority, and
+    /// the daemon gives its own threads what they need.
+    const fn has_a_rhythm(&self) -> bool {
+        !matches!(self, Self::Daemon { .. } | Self::FanOut(_) | Self::Served { .. })
     }
 }
 

@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::fs;
 use std::thread::sleep;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use lodestone_client::latency::{CameraLatency, Gap, Sentinel, lane_threads};
@@ -11,19 +11,21 @@ use tempfile::NamedTempFile;
 
 use super::configuration::Setup;
 use super::cpu_time;
-use super::part::{Part, Timing};
+use super::part::{Conditions, Part};
 use super::peers::Peer;
 use super::report::REAL_TIME;
 use super::subject::{Kind, Subject};
 use super::told::Told;
 use crate::domain::OwnDomain;
 
-/// Seconds from the start of a daemon until nothing of the start is left: alignment, prefaulting.
-const START_S: f64 = 1.0;
-/// Seconds for a consumer to join and learn the rhythm.
-const JOIN_S: f64 = 0.5;
-/// Seconds by which publishers outlive consumers.
-const SPARE_S: f64 = 1.5;
+/// Seconds until a consumer has joined, learnt the rhythm, and the filter is aligned.
+const JOIN_S: f64 = 0.7;
+/// Seconds until a daemon that nobody looks at has nothing of its start left.
+const START_S: f64 = 2.0;
+/// Seconds by which peers' publishers outlive consumers.
+const SPARE_S: f64 = 1.0;
+/// Seconds after which a daemon ends that nobody stopped.
+const LONGEST_S: f64 = 60.0;
 
 /// What one subject showed in one round.
 #[derive(Clone, Debug)]
@@ -42,24 +44,28 @@ pub struct Outcome {
 /// A part that could not be started, or failed.
 pub fn run(
     subject: Subject,
-    measure_s: f64,
+    (measure_s, real_time): (f64, bool),
     sentinel: Option<&Sentinel>,
 ) -> Result<Outcome, Box<dyn Error>> {
     // What was noted before belongs to others.
     let noted = || sentinel.map(Sentinel::take).unwrap_or_default();
     noted();
-    let timing = Timing { settle_s: JOIN_S, measure_s };
+    let conditions = Conditions { settle_s: JOIN_S, measure_s, real_time };
     let told = match subject.kind() {
-        Kind::Lane(setup, role) => lane(setup, role, timing)?,
-        Kind::Peer { peer, blocks } => of_peer(peer, blocks, timing)?,
+        Kind::Lane(setup, role) => lane(setup, role, conditions)?,
+        Kind::Peer { peer, blocks } => of_peer(peer, blocks, conditions)?,
         Kind::Alone(role) => {
             let own = OwnDomain::new("alone")?;
-            Part::watch(&[role], &own, timing)?.finish()?
+            Part::watch(&[role], &own, conditions)?.finish()?
         }
-        Kind::ProcessorTime(setup) => processor_time(setup, timing)?,
-        Kind::Served(setup) => served(setup, timing)?,
+        Kind::ProcessorTime(setup) => processor_time(setup, conditions)?,
+        Kind::Served(setup) => served(setup, conditions)?,
     };
-    Ok(outcome(subject, &told, &noted()))
+    let outcome = outcome(subject, &told, &noted());
+    match &outcome.latency {
+        Some(latency) if latency.counted.measured == 0 => Err("its consumer saw nothing".into()),
+        _ => Ok(outcome),
+    }
 }
 
 fn outcome(subject: Subject, told: &Told, gaps: &[Gap]) -> Outcome {
@@ -82,54 +88,53 @@ struct Daemon {
 }
 
 impl Daemon {
-    fn start(setup: Setup, seconds: f64, anywhere: bool) -> Result<Self, Box<dyn Error>> {
+    fn start(setup: Setup, conditions: Conditions, anywhere: bool) -> Result<Self, Box<dyn Error>> {
         let own = OwnDomain::new("lane")?;
         let file = tempfile::Builder::new().suffix(".toml").tempfile()?;
-        fs::write(file.path(), setup.configuration(own.domain()))?;
+        let text = setup.configuration(own.domain(), conditions.real_time);
+        fs::write(file.path(), text)?;
         let path = file.path().to_string_lossy().into_owned();
-        let seconds = seconds.to_string();
+        let seconds = (LONGEST_S + conditions.measure_s).to_string();
         let mut arguments = vec!["daemon", &path, &seconds];
         arguments.extend(anywhere.then_some("--anywhere"));
         Ok(Self { part: Part::start(&arguments)?, own, _file: file })
     }
 }
 
-fn lane(setup: Setup, role: &str, timing: Timing) -> Result<Told, Box<dyn Error>> {
-    let seconds = START_S + timing.settle_s + timing.measure_s + SPARE_S;
-    let mut daemon = Daemon::start(setup, seconds, false)?;
-    sleep(Duration::from_secs_f64(START_S));
-    let consumer = Part::watch(&[role], &daemon.own, timing)?;
-    let real_time = lane_threads(daemon.part.pid()).iter().all(|lane| lane.real_time);
+fn lane(setup: Setup, role: &str, conditions: Conditions) -> Result<Told, Box<dyn Error>> {
+    let mut daemon = Daemon::start(setup, conditions, false)?;
+    let consumer = Part::watch(&[role], &daemon.own, conditions)?;
     let mut told = consumer.finish()?;
+    let lanes = lane_threads(daemon.part.pid());
+    let real_time = !lanes.is_empty() && lanes.iter().all(|lane| lane.real_time);
     told.figures.push((REAL_TIME.into(), f64::from(u8::from(real_time))));
-    daemon.part.expect_success()?;
+    daemon.part.stop()?;
     Ok(told)
 }
 
-fn of_peer(peer: Peer, blocks: bool, timing: Timing) -> Result<Told, Box<dyn Error>> {
+fn of_peer(peer: Peer, blocks: bool, conditions: Conditions) -> Result<Told, Box<dyn Error>> {
     let own = OwnDomain::new("peer")?;
     let value = peer.to_possible_value().ok_or("a peer without a name")?;
-    let long = Timing { measure_s: timing.measure_s + SPARE_S, ..timing };
+    let long = Conditions { measure_s: conditions.measure_s + SPARE_S, ..conditions };
     let role = |name: &'static str, flag: &'static str| -> Vec<&str> {
         [name, value.get_name()].into_iter().chain(blocks.then_some(flag)).collect()
     };
     let mut publisher = Part::watch(&role("publish", "--wakes"), &own, long)?;
-    let told = Part::watch(&role("subscribe", "--blocks"), &own, timing)?.finish()?;
+    let told = Part::watch(&role("subscribe", "--blocks"), &own, conditions)?.finish()?;
     publisher.expect_success()?;
     Ok(told)
 }
 
 /// What the daemon uses, by its threads, while nobody looks on.
-fn processor_time(setup: Setup, timing: Timing) -> Result<Told, Box<dyn Error>> {
-    let settled_s = START_S + timing.settle_s;
-    let mut daemon = Daemon::start(setup, settled_s + timing.measure_s + SPARE_S, false)?;
-    sleep(Duration::from_secs_f64(settled_s));
-    let begin = std::time::Instant::now();
+fn processor_time(setup: Setup, conditions: Conditions) -> Result<Told, Box<dyn Error>> {
+    let mut daemon = Daemon::start(setup, conditions, false)?;
+    sleep(Duration::from_secs_f64(START_S + conditions.settle_s));
+    let begin = Instant::now();
     let before = cpu_time::by_thread(daemon.part.pid());
-    sleep(Duration::from_secs_f64(timing.measure_s));
+    sleep(Duration::from_secs_f64(conditions.measure_s));
     let after = cpu_time::by_thread(daemon.part.pid());
     let elapsed_ns = begin.elapsed().as_nanos() as u64;
-    daemon.part.expect_success()?;
+    daemon.part.stop()?;
     let used = |of: &[(String, u64)], lanes: bool| -> u64 {
         of.iter().filter(|(name, _)| name.starts_with("lane-") == lanes).map(|(_, ns)| ns).sum()
     };
@@ -145,15 +150,10 @@ fn processor_time(setup: Setup, timing: Timing) -> Result<Told, Box<dyn Error>> 
     Ok(told)
 }
 
-fn served(setup: Setup, timing: Timing) -> Result<Told, Box<dyn Error>> {
-    // So many cameras take longer to start, and health comes once a second.
-    let settle_s = timing.settle_s + 2.0;
-    let seconds = START_S + settle_s + timing.measure_s + 2.0 * SPARE_S + 3.0;
-    let mut daemon = Daemon::start(setup, seconds, true)?;
-    sleep(Duration::from_secs_f64(START_S));
+fn served(setup: Setup, conditions: Conditions) -> Result<Told, Box<dyn Error>> {
+    let mut daemon = Daemon::start(setup, conditions, true)?;
     let cameras = setup.cameras.to_string();
-    let timing = Timing { settle_s, ..timing };
-    let told = Part::watch(&["served", &cameras], &daemon.own, timing)?.finish()?;
-    daemon.part.expect_success()?;
+    let told = Part::watch(&["served", &cameras], &daemon.own, conditions)?.finish()?;
+    daemon.part.stop()?;
     Ok(told)
 }

@@ -5,8 +5,10 @@
 //! room), then maps them, so that the lane takes no page fault either.
 #![allow(unsafe_code)] // madvise on our own mappings; the one call below carries its proof.
 
+use std::collections::BTreeSet;
 use std::fs::{OpenOptions, read_to_string};
 use std::io;
+use std::sync::{Mutex, PoisonError};
 
 use rustix::fs::{FallocateFlags, fallocate};
 use rustix::io::Errno;
@@ -47,7 +49,8 @@ struct Mapping {
 /// Reserves and maps every page of every shared-memory file that this process has mapped
 /// writable and whose name begins with the prefix; returns their size in bytes.
 ///
-/// Contents stay as they are. Call it after the publishers were made and before the first send.
+/// Contents stay as they are. Call it after the publishers were made and before the first send. Of
+/// several lanes each has its own made, and finds those of the others done.
 ///
 /// # Errors
 /// [`PrefaultError`]; nothing was written in that case, so nothing can have raised SIGBUS.
@@ -57,10 +60,28 @@ pub fn prefault(prefix: &str) -> Result<u64, PrefaultError> {
     let wanted = format!("{SHARED_MEMORY_DIRECTORY}/{prefix}");
     let mut total = 0;
     for mapping in maps.lines().filter_map(|line| parse(line, &wanted)) {
+        if is_done(&mapping) {
+            total += mapping.len as u64;
+            continue;
+        }
         total += reserve(&mapping.path)?;
         populate(&mapping);
+        note_done(mapping);
     }
     Ok(total)
+}
+
+/// What this process has reserved and mapped so far. Names of iceoryx2's files are never used twice.
+static DONE: Mutex<BTreeSet<(usize, String)>> = Mutex::new(BTreeSet::new());
+
+fn is_done(mapping: &Mapping) -> bool {
+    let done = DONE.lock().unwrap_or_else(PoisonError::into_inner);
+    done.contains(&(mapping.start, mapping.path.clone()))
+}
+
+fn note_done(mapping: Mapping) {
+    let mut done = DONE.lock().unwrap_or_else(PoisonError::into_inner);
+    done.insert((mapping.start, mapping.path));
 }
 
 /// Reads a line of `/proc/self/maps`: `start-end perms offset device inode path`.

@@ -51,6 +51,7 @@ pub(super) fn poll(watch: &Watch) -> Result<(), Box<dyn Error>> {
 /// Waits as the client does.
 pub(super) fn wait(watch: &Watch) -> Result<(), Box<dyn Error>> {
     let mut poses = stream(watch)?;
+    connect(std::slice::from_mut(&mut poses));
     sleeping(watch, &mut |told, begin_ns| {
         // Before the daemon is up there is nothing to wait for.
         if poses.wait(Duration::from_millis(100)).is_ok() {

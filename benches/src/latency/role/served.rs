@@ -13,6 +13,9 @@ use super::Watch;
 /// Between two looks at all cameras; each has room for half a second.
 const NAP: Duration = Duration::from_millis(5);
 
+/// Longest time until a camera is there.
+const START: Duration = Duration::from_secs(30);
+
 /// What a lane counts of samples that did not become poses.
 #[derive(Clone, Copy, Default)]
 struct Losses {
@@ -24,6 +27,10 @@ pub(super) fn run(watch: &Watch, cameras: usize) -> Result<(), Box<dyn Error>> {
     let client = watch.client()?;
     let names: Vec<String> = (0..cameras).map(camera).collect();
     let mut streams = opened(&names, |name| client.poses(name))?;
+    for stream in &mut streams {
+        // So many lanes start one after the other.
+        stream.wait(START)?;
+    }
     let settled_ns = monotonic_now_ns() + (watch.settle_s * 1e9) as i64;
     read(&mut streams, settled_ns);
     let (before, lost_before) = (losses(&client, &names)?, lost(&streams));
@@ -67,6 +74,10 @@ fn received(streams: &[PoseStream]) -> u64 {
 /// All lanes' counts together, by their health.
 fn losses(client: &Client, names: &[String]) -> Result<Losses, Box<dyn Error>> {
     let mut streams: Vec<HealthStream> = opened(names, |name| client.health(name))?;
+    // Each connects when it is first asked, and gets something within a second of that.
+    streams.iter_mut().for_each(|stream| {
+        let _ = stream.latest();
+    });
     let mut all = Losses::default();
     for stream in &mut streams {
         let health = patiently(stream)?;
@@ -80,7 +91,7 @@ fn losses(client: &Client, names: &[String]) -> Result<Losses, Box<dyn Error>> {
 
 /// Health comes once a second.
 fn patiently(stream: &mut HealthStream) -> Result<LaneHealth, Box<dyn Error>> {
-    for _ in 0..300 {
+    for _ in 0..500 {
         if let Ok(health) = stream.latest() {
             return Ok(health);
         }
