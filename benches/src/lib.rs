@@ -5,7 +5,6 @@
 //! | one sample through the lane's core, and its parts, in time | `cargo bench -p lodestone-benches --bench step` |
 //! | the same in instructions, held to a budget | `benches/callgrind.sh` |
 //! | from a sample's arrival to a consumer's eyes, beside peers | `cargo bench -p lodestone-benches --features zenoh --bench latency` |
-//! | waiting for a pose: how late, at what load | `cargo bench -p lodestone-benches --bench waiting` |
 //! | publishing to 0, 1, 4, 16 subscribers | `cargo bench -p lodestone-benches --bench publish` |
 //! | merging a point of a cloud, placing and map | `cargo bench -p lodestone-benches --bench merge` |
 //!

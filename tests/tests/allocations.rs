@@ -76,7 +76,7 @@ impl<P: Publish> Lane<P> {
             let state = self.driver.poll(Duration::ZERO, &mut self.producer);
             let mut now = None;
             while let Some(reading) = self.consumer.pop() {
-                self.worker.take(&reading);
+                self.worker.take(&reading, reading.arrival);
                 now = Some(reading.arrival);
                 taken += 1;
             }

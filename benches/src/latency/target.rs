@@ -24,7 +24,7 @@ pub struct Target {
 /// A value of one round; `None` if what it needs was not measured.
 type OfRound = fn(&[Outcome]) -> Option<f64>;
 
-const TARGETS: [(&str, f64, OfRound); 10] = [
+const TARGETS: [(&str, f64, OfRound); 11] = [
     ("arrival to consumer, p50 / (plain iceoryx2 + filter step), p50", 1.5, |round| {
         Some(lane(round, p50_us)? / floor(round, p50_us)?)
     }),
@@ -53,6 +53,9 @@ const TARGETS: [(&str, f64, OfRound); 10] = [
     }),
     ("waiting until due / woken by an event, published to seen, p50", 0.5, |round| {
         Some(transport(round, Subject::Wait)? / transport(round, Subject::Event)?)
+    }),
+    ("waiting until due / plain iceoryx2 with an event, published to seen, p50", 0.5, |round| {
+        Some(transport(round, Subject::Wait)? / of(round, Subject::Iceoryx2Blocking, p50_us)?)
     }),
     ("processor time of a waiting consumer, %", 3.0, |round| {
         figure(round, Subject::Wait, "consumer's processor %")

@@ -98,7 +98,7 @@ mod tests {
         // Given three samples, one across a gap of the consumer, one across one of the sentinel
         let mut told = Told::of(1);
         for at_ns in [1_000, 2_000, 3_000] {
-            let at = |ns| at_ns + ns;
+            let at = |ns: i64| at_ns + ns;
             let stamps = Stamps {
                 arrival_ns: at(0),
                 ring_ns: at(1),
