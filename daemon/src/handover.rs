@@ -176,8 +176,8 @@ mod tests {
         });
         for _ in 0..2 {
             let begin = Instant::now();
-            while consumer.is_empty() && begin.elapsed() < Duration::from_secs(60) {
-                hand_over.wait(&mut consumer, Duration::from_secs(60));
+            while consumer.is_empty() && begin.elapsed() < Duration::from_mins(1) {
+                hand_over.wait(&mut consumer, Duration::from_mins(1));
             }
             let reading = consumer.pop().expect("a reading");
             hand_over.note(reading.arrival);

@@ -1,20 +1,14 @@
 //! Rounds: every subject once, in an order that is drawn anew.
 
 use std::error::Error;
-use std::time::Duration;
 
 use clap::ValueEnum;
-use lodestone_client::latency::Sentinel;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::cores::Side;
 use super::round::{Outcome, run};
 use super::subject::Subject;
-
-/// What keeps the publisher's processor from the sentinel for longer is a gap.
-const GAP_THRESHOLD: Duration = Duration::from_micros(50);
 
 /// What is run.
 #[derive(Clone, Debug)]
@@ -52,13 +46,11 @@ impl Plan {
     /// # Errors
     /// The first subject that failed.
     pub fn run(&self) -> Result<Vec<Outcome>, Box<dyn Error>> {
-        let sentinel = Side::Publisher.processor()?.map(|cpu| Sentinel::start(cpu, GAP_THRESHOLD));
-        let sentinel = sentinel.transpose()?;
         let mut outcomes = Vec::new();
         for round in 1..=self.rounds {
             for subject in self.order(round) {
                 eprintln!("round {round} of {}: {}", self.rounds, subject.name());
-                let outcome = run(subject, (self.seconds, self.real_time), sentinel.as_ref());
+                let outcome = run(subject, (self.seconds, self.real_time));
                 outcomes.push(outcome.map_err(|e| format!("{}: {e}", subject.key()))?);
             }
         }

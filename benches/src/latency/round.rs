@@ -10,6 +10,7 @@ use lodestone_client::latency::{CameraLatency, Gap, Sentinel, lane_threads};
 use tempfile::NamedTempFile;
 
 use super::configuration::Setup;
+use super::cores::Side;
 use super::cpu_time;
 use super::part::{Conditions, Part};
 use super::peers::Peer;
@@ -18,6 +19,8 @@ use super::subject::{Kind, Subject};
 use super::told::Told;
 use crate::domain::OwnDomain;
 
+/// What keeps the publisher's processor from the sentinel for longer is a gap.
+const GAP_THRESHOLD: Duration = Duration::from_micros(50);
 /// Seconds until a consumer has joined, learnt the rhythm, and the filter is aligned.
 const JOIN_S: f64 = 0.7;
 /// Seconds until a daemon that nobody looks at has nothing of its start left.
@@ -45,11 +48,8 @@ pub struct Outcome {
 pub fn run(
     subject: Subject,
     (measure_s, real_time): (f64, bool),
-    sentinel: Option<&Sentinel>,
 ) -> Result<Outcome, Box<dyn Error>> {
-    // What was noted before belongs to others.
-    let noted = || sentinel.map(Sentinel::take).unwrap_or_default();
-    noted();
+    let sentinel = if subject.kind().has_ways() { sentinel()? } else { None };
     let conditions = Conditions { settle_s: JOIN_S, measure_s, real_time };
     let told = match subject.kind() {
         Kind::Lane(setup, role) => lane(setup, role, conditions)?,
@@ -61,11 +61,18 @@ pub fn run(
         Kind::ProcessorTime(setup) => processor_time(setup, conditions)?,
         Kind::Served(setup) => served(setup, conditions)?,
     };
-    let outcome = outcome(subject, &told, &noted());
+    let gaps = sentinel.map(|sentinel| sentinel.take()).unwrap_or_default();
+    let outcome = outcome(subject, &told, &gaps);
     match &outcome.latency {
         Some(latency) if latency.counted.measured == 0 => Err("its consumer saw nothing".into()),
         _ => Ok(outcome),
     }
+}
+
+/// On the publisher's processor, if that is one and not the consumer's.
+fn sentinel() -> Result<Option<Sentinel>, Box<dyn Error>> {
+    let cpu = Side::Publisher.processor()?;
+    Ok(cpu.map(|cpu| Sentinel::start(cpu, GAP_THRESHOLD)).transpose()?)
 }
 
 fn outcome(subject: Subject, told: &Told, gaps: &[Gap]) -> Outcome {

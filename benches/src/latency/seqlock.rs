@@ -59,7 +59,7 @@ impl Seqlock {
             if before == known || before == 0 {
                 return None;
             }
-            if before % 2 == 0 {
+            if before.is_multiple_of(2) {
                 let payload = std::array::from_fn(|k| self.words[k].load(Ordering::Relaxed));
                 // No word is read after the second look at the sequence.
                 fence(Ordering::Acquire);
@@ -185,7 +185,9 @@ mod tests {
         for n in 1..=MESSAGES {
             lock.write(&payload(n, 0));
         }
-        readers.into_iter().for_each(|reader| reader.join().expect("reads whole messages"));
+        for reader in readers {
+            reader.join().expect("reads whole messages");
+        }
     }
 
     #[test]
@@ -198,7 +200,7 @@ mod tests {
                 let mut known = 0;
                 for n in 1..=50 {
                     while lock.read(known).is_none() {
-                        lock.sleep(known, Duration::from_secs(3600));
+                        lock.sleep(known, Duration::from_hours(1));
                     }
                     let (at, found) = lock.read(known).expect("a message");
                     assert!(sequence(&found) >= n);

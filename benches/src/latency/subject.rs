@@ -74,6 +74,13 @@ pub enum Kind {
     Served(Setup),
 }
 
+impl Kind {
+    /// Whether samples' ways are timed; a sentinel would share the processor time of the others.
+    pub fn has_ways(self) -> bool {
+        matches!(self, Self::Lane(..) | Self::Peer { .. } | Self::Alone("step"))
+    }
+}
+
 impl Subject {
     /// How it is measured.
     pub const fn kind(self) -> Kind {

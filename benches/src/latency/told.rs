@@ -75,7 +75,9 @@ impl Told {
         let each = self.streams.iter().zip(&self.left_out);
         let judged = each.map(|(lines, left_out)| {
             let mut latency = CameraLatency { counted: *left_out, ..CameraLatency::default() };
-            lines.iter().for_each(|line| latency.record(&sighting(line), &gaps));
+            for line in lines {
+                latency.record(&sighting(line), &gaps);
+            }
             latency
         });
         judged.collect()

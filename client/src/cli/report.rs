@@ -129,9 +129,7 @@ impl Monitor {
             aids_refused: bits(pose.map(CameraPose::aids_refused).unwrap_or_default()),
             world_epoch: pose.map(CameraPose::world_epoch).filter(|&epoch| epoch > 0),
             group_delay_s: health.and_then(LaneHealth::group_delay_s),
-            members_in_use: health
-                .filter(|h| h.message().member_count > 0)
-                .map(|h| h.members_in_use().collect()),
+            members_in_use: health.and_then(members_in_use),
             temperature_c: health.and_then(LaneHealth::temperature_c),
             magnetic_norm_ut: health.and_then(LaneHealth::magnetic_norm_ut),
             status: bits(status),
@@ -175,4 +173,9 @@ impl Monitor {
         }
         found
     }
+}
+
+/// Which members of a body are in use; `None` for what is no body.
+fn members_in_use(health: &LaneHealth) -> Option<Vec<bool>> {
+    (health.message().member_count > 0).then(|| health.members_in_use().collect())
 }

@@ -29,7 +29,7 @@ impl Gaps {
         for gap in sorted {
             match apart.last_mut() {
                 Some(last) if gap.begin_ns <= last.end_ns => {
-                    last.end_ns = last.end_ns.max(gap.end_ns)
+                    last.end_ns = last.end_ns.max(gap.end_ns);
                 }
                 _ => apart.push(gap),
             }

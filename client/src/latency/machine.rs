@@ -111,7 +111,7 @@ pub fn lane_threads(pid: u32) -> Vec<ThreadSchedule> {
     lanes
 }
 
-/// Reads `/proc/PID/task/TID/stat` and `status` (proc_pid_stat(5)).
+/// Reads `/proc/PID/task/TID/stat` and `status` (`proc_pid_stat(5)`).
 fn schedule_of(stat: &str, status: &str) -> Option<ThreadSchedule> {
     // The name stands in brackets and may hold brackets and spaces itself.
     let (name, rest) = stat.split_once('(')?.1.rsplit_once(") ")?;

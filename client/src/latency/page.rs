@@ -39,7 +39,9 @@ pub fn table(rows: &[Vec<String>]) -> String {
         let cell = if number == 0 { "th" } else { "td" };
         let cells: Vec<String> =
             row.iter().map(|text| format!("<{cell}>{}</{cell}>", Escaped(text))).collect();
-        markup += &format!("<tr>{}</tr>\n", cells.concat());
+        markup += "<tr>";
+        markup += &cells.concat();
+        markup += "</tr>\n";
     }
     markup + "</table>\n"
 }

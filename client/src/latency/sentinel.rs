@@ -1,5 +1,7 @@
 //! A thread that notes when its core was kept from it.
 
+use std::fs::File;
+use std::os::unix::fs::FileExt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -7,14 +9,16 @@ use std::thread::{self, JoinHandle};
 
 use core::time::Duration;
 
-use rustix::thread::{CpuSet, clock_nanosleep_absolute, sched_setaffinity};
-use rustix::time::{ClockId, Timespec};
+use rustix::process::setpriority_process;
+use rustix::thread::{CpuSet, sched_setaffinity};
 
 use super::gaps::Gap;
 use crate::time::monotonic_now_ns;
 
-/// Between two looks at the clock.
-const NAP_NS: i64 = 100_000;
+/// No other thread comes and goes faster: below this nothing has happened between two looks.
+const SWITCH_NS: i64 = 2_000;
+/// As `nice` counts.
+const LOWEST_PRIORITY: i32 = 19;
 
 /// Why there is no sentinel.
 #[derive(Debug, thiserror::Error)]
@@ -32,11 +36,13 @@ pub enum SentinelError {
     },
 }
 
-/// Naps for 100 µs at a time on one processor and notes each nap that was longer than it should be by a
-/// threshold: the host stood still, or another process had the core.
+/// Looks at the clock over and over on one processor and notes when it was kept from it for longer than
+/// a threshold by something that is no thread: the host that stood still, or an interrupt.
 ///
-/// It has an ordinary priority: it never keeps a lane with a real-time one from the core, and one
-/// step of a lane keeps the core for some microseconds only, far below the threshold.
+/// While another thread has the processor, a lane's say, the sentinel waits for its turn; the kernel
+/// accounts for that time, and it is taken off. What a lane costs itself is therefore no gap. It yields
+/// after each look and has the lowest priority, so nobody waits for it. It keeps the processor from
+/// sleeping, though: whoever wakes up beside it does so as with the kernel's `idle=poll`.
 #[derive(Debug)]
 pub struct Sentinel {
     stop: Arc<AtomicBool>,
@@ -96,29 +102,54 @@ fn pin_to(cpu: usize) -> std::io::Result<()> {
 }
 
 fn watch(threshold_ns: i64, stop: &AtomicBool, gaps: &Mutex<Vec<Gap>>) {
-    let mut last_ns = monotonic_now_ns();
+    // Refused, it yields nevertheless.
+    let _ = setpriority_process(None, LOWEST_PRIORITY);
+    let turns = Turns::open();
+    let (mut last_ns, mut waited_ns) = (monotonic_now_ns(), turns.waited_ns());
     while !stop.load(Ordering::Relaxed) {
-        nap_until(last_ns + NAP_NS);
+        thread::yield_now();
         let now_ns = monotonic_now_ns();
-        if let Some(gap) = late(last_ns, now_ns, threshold_ns) {
-            gaps.lock().unwrap_or_else(PoisonError::into_inner).push(gap);
+        if now_ns - last_ns > SWITCH_NS {
+            let waited_before_ns = std::mem::replace(&mut waited_ns, turns.waited_ns());
+            let for_others_ns = waited_ns - waited_before_ns;
+            if let Some(gap) = missing(last_ns, now_ns, for_others_ns, threshold_ns) {
+                gaps.lock().unwrap_or_else(PoisonError::into_inner).push(gap);
+            }
+            // The reading itself took a while.
+            last_ns = monotonic_now_ns();
+        } else {
+            last_ns = now_ns;
         }
-        last_ns = now_ns;
     }
 }
 
-/// The gap in a nap, if it was longer than it should be by the threshold. When in it the core was
-/// missing cannot be told, so the gap is the whole nap.
-fn late(last_ns: i64, now_ns: i64, threshold_ns: i64) -> Option<Gap> {
+/// The gap between two looks, if more than the threshold is left of it without the time that other
+/// threads had. Where in it the processor was missing cannot be told, so the gap is all of it.
+fn missing(last_ns: i64, now_ns: i64, for_others_ns: i64, threshold_ns: i64) -> Option<Gap> {
     let gap = Gap { begin_ns: last_ns, end_ns: now_ns };
-    (gap.span_ns() - NAP_NS > threshold_ns).then_some(gap)
+    (gap.span_ns() - for_others_ns > threshold_ns).then_some(gap)
 }
 
-fn nap_until(time_ns: i64) {
-    const SECOND_NS: i64 = 1_000_000_000;
-    let time = Timespec { tv_sec: time_ns / SECOND_NS, tv_nsec: time_ns % SECOND_NS };
-    // Cut short by a signal is as good.
-    let _ = clock_nanosleep_absolute(ClockId::Monotonic, &time);
+/// What the kernel says of the calling thread's turns.
+struct Turns(Option<File>);
+
+impl Turns {
+    /// Without the file (a kernel without `CONFIG_SCHED_INFO`) all time that is missing is a gap.
+    fn open() -> Self {
+        Self(File::open("/proc/thread-self/schedstat").ok())
+    }
+
+    /// How long this thread has waited for its turn so far, ns.
+    fn waited_ns(&self) -> i64 {
+        let mut text = [0; 96];
+        let read = self.0.as_ref().and_then(|file| file.read_at(&mut text, 0).ok());
+        read.and_then(|len| waited_ns(str::from_utf8(text.get(..len)?).ok()?)).unwrap_or(0)
+    }
+}
+
+/// Of `run waited turns`.
+fn waited_ns(schedstat: &str) -> Option<i64> {
+    schedstat.split_ascii_whitespace().nth(1)?.parse().ok()
 }
 
 #[cfg(test)]
@@ -126,18 +157,43 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_nap_that_lasts_too_long_is_a_gap_and_any_other_is_not() {
-        assert_eq!(late(0, NAP_NS + 50_000, 50_000), None);
-        let expected = Gap { begin_ns: 7, end_ns: 7 + NAP_NS + 50_001 };
-        assert_eq!(late(7, 7 + NAP_NS + 50_001, 50_000), Some(expected));
+    fn time_that_no_thread_had_is_a_gap_and_time_that_others_had_is_not() {
+        assert_eq!(missing(0, 50_000, 0, 50_000), None);
+        assert_eq!(missing(7, 50_008, 0, 50_000), Some(Gap { begin_ns: 7, end_ns: 50_008 }));
+        assert_eq!(missing(0, 300_000, 260_000, 50_000), None, "a lane ran");
+        assert!(missing(0, 900_000, 260_000, 50_000).is_some(), "and the host stood still");
+    }
+
+    #[test]
+    fn a_turn_of_another_thread_on_the_same_processor_is_no_gap() {
+        // Given another thread on the sentinel's processor that has it for a millisecond at a time
+        let cpu = first_processor();
+        let sentinel = Sentinel::start(cpu, Duration::from_micros(300)).expect("starts");
+        pin_to(cpu).expect("own processor");
+        let turns: Vec<(i64, i64)> =
+            (0..50).map(|_| (monotonic_now_ns(), busy_for_1_ms())).collect();
+        let gaps = sentinel.take();
+        let explained = turns.iter().filter(|(begin_ns, end_ns)| {
+            gaps.iter().any(|gap| gap.begin_ns < *end_ns && *begin_ns < gap.end_ns)
+        });
+        // The host may have stood still in some of them.
+        assert!(explained.count() < 25, "{gaps:?}");
+    }
+
+    fn busy_for_1_ms() -> i64 {
+        let begin_ns = monotonic_now_ns();
+        while monotonic_now_ns() - begin_ns < 1_000_000 {
+            std::hint::spin_loop();
+        }
+        let end_ns = monotonic_now_ns();
+        thread::sleep(Duration::from_millis(1));
+        end_ns
     }
 
     #[test]
     fn a_sentinel_notes_gaps_in_order_until_it_is_stopped() {
-        // Given a threshold that every nap exceeds
-        let allowed = rustix::thread::sched_getaffinity(None).expect("own processors");
-        let cpu = (0..CpuSet::MAX_CPU).find(|cpu| allowed.is_set(*cpu)).expect("one");
-        let sentinel = Sentinel::start(cpu, Duration::ZERO).expect("starts");
+        // Given a threshold that every interrupt exceeds
+        let sentinel = Sentinel::start(first_processor(), Duration::ZERO).expect("starts");
         let mut gaps = Vec::new();
         while gaps.len() < 3 {
             thread::sleep(Duration::from_millis(1));
@@ -145,6 +201,11 @@ mod tests {
         }
         assert!(gaps.windows(2).all(|w| w[0].end_ns <= w[1].begin_ns));
         drop(sentinel);
+    }
+
+    fn first_processor() -> usize {
+        let allowed = rustix::thread::sched_getaffinity(None).expect("own processors");
+        (0..CpuSet::MAX_CPU).find(|cpu| allowed.is_set(*cpu)).expect("one")
     }
 
     #[test]

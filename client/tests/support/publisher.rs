@@ -230,6 +230,7 @@ pub(crate) fn pose(sequence: u64, time_ns: i64) -> Pose {
     }
 }
 
+#[expect(clippy::too_many_lines, reason = "a line for each field")]
 fn health(poses: u64) -> Health {
     Health {
         sequence: poses / 100,

@@ -64,6 +64,7 @@ impl TruthPublisher {
 }
 
 /// The health of a lane of which nothing is known.
+#[expect(clippy::too_many_lines, reason = "a line for each field")]
 pub(crate) const fn blank_health() -> Health {
     Health {
         sequence: 0,

@@ -36,7 +36,9 @@ pub fn enter(setup: &ThreadSetup, roster: &Arc<Roster>) -> Enrolled {
     let thread = gettid();
     let refusals = setup.apply(thread);
     let name = std::thread::current().name().unwrap_or("?").to_owned();
-    refusals.iter().for_each(|refusal| warn!(thread = name, "{refusal}"));
+    for refusal in &refusals {
+        warn!(thread = name, "{refusal}");
+    }
     if refusals.is_empty() && (setup.priority.is_some() || setup.cpu.is_some()) {
         info!(thread = name, priority = setup.priority, cpu = setup.cpu, "real time");
     }

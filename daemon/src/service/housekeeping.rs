@@ -197,7 +197,9 @@ fn lock_memory_of(config: &Config, lanes: &[Kept]) {
     }
     if let Err(refusal) = lock_memory() {
         tracing::warn!("{refusal}");
-        lanes.iter().for_each(|lane| lane.monitor.roster().note_memory_refused());
+        for lane in lanes {
+            lane.monitor.roster().note_memory_refused();
+        }
     }
 }
 
@@ -225,7 +227,9 @@ fn keep(
         if last_health.elapsed() >= HEALTH_INTERVAL {
             last_health = Instant::now();
             unix_offset.refresh();
-            kept.iter().for_each(|lane| lane.monitor.roster().pin_again());
+            for lane in kept.iter() {
+                lane.monitor.roster().pin_again();
+            }
             publish_health(kept, world);
             world.publish(unix_offset.as_nanos());
             // Files of consumers that were killed stay until somebody looks.

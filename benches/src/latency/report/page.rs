@@ -10,12 +10,13 @@ use super::{micros, three_figures, with_spread, yes_or_no};
 
 /// One self-contained page.
 pub fn page(summary: &Summary) -> String {
-    let mut body = format!("<p>{}</p>\n", Escaped(&summary.machine.told()));
-    body += &format!(
-        "<p class=\"note\">{} rounds of {} s. Curves hold all rounds together, without samples whose way \
-         crossed a gap that the host or another process made; tables have the medians over the rounds, \
-         smallest and largest in brackets.</p>\n",
-        summary.rounds, summary.seconds
+    let mut body = format!(
+        "<p>{}</p>\n<p class=\"note\">{} rounds of {} s. Curves hold all rounds together, without samples \
+         whose way crossed a gap; tables have the medians over the rounds, smallest and largest in \
+         brackets.</p>\n",
+        Escaped(&summary.machine.told()),
+        summary.rounds,
+        summary.seconds
     );
     body += &section("Promises", &promises(summary));
     let polling = |subject: Subject| subject.polls();

@@ -131,7 +131,9 @@ impl Summary {
             return;
         }
         let mut together = CameraLatency::default();
-        rounds.iter().for_each(|latency| together.add(latency));
+        for latency in &rounds {
+            together.add(latency);
+        }
         self.lines.extend(
             stages_of(subject).iter().map(|stage| Line::new(subject, *stage, &rounds, &together)),
         );

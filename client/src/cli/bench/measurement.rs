@@ -94,7 +94,9 @@ impl Measurement {
     fn look(&mut self, forget_before_ns: i64) {
         let noted = self.sentinel.as_ref().map(Sentinel::take).unwrap_or_default();
         if let Some(other) = &mut self.other {
-            noted.iter().for_each(|gap| other.note(gap));
+            for gap in &noted {
+                other.note(gap);
+            }
         }
         let of_use = |gap: &Gap| gap.end_ns >= forget_before_ns;
         self.recent = Gaps::of(self.recent.iter().filter(of_use).chain(noted));
@@ -135,7 +137,8 @@ mod tests {
     #[test]
     fn what_waits_at_the_end_counts_too() {
         let mut measurement = Measurement::new(2, None);
-        (0..10).for_each(|n| measurement.take(n % 2, &seen(n as i64 * 1_000_000)));
+        let arrivals = (0..10).map(|n| n * 1_000_000);
+        arrivals.enumerate().for_each(|(n, arrival_ns)| measurement.take(n % 2, &seen(arrival_ns)));
         measurement.settle_all();
         let counts = measurement.latencies.iter().map(|l| l.all.of(Stage::ArrivalToSeen).count());
         assert_eq!(counts.collect::<Vec<_>>(), [5, 5]);

@@ -78,9 +78,9 @@ fn measure(
     let open = |camera: &String| session.client.poses(camera);
     let mut streams = cameras.iter().map(open).collect::<Result<Vec<PoseStream>, _>>()?;
     // Connecting belongs to no sample's way.
-    streams.iter_mut().for_each(|stream| {
+    for stream in &mut streams {
         let _ = stream.latest();
-    });
+    }
     let begin_ns = monotonic_now_ns().saturating_add(nanos(args.warm_up));
     let end_ns = begin_ns.saturating_add(nanos(args.duration));
     let mut poller = Poller::new(streams, begin_ns, nanos(GAP_THRESHOLD));

@@ -25,7 +25,8 @@ pub(super) struct Report {
 
 #[derive(Serialize)]
 struct Camera {
-    camera: String,
+    #[serde(rename = "camera")]
+    name: String,
     counted: Counted,
     /// By stage, every sample.
     all: Map<String, Value>,
@@ -66,7 +67,7 @@ impl Report {
             lines.push(String::new());
             lines.push(format!(
                 "{:<28} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9}   µs",
-                camera.camera, "samples", "p50", "p99", "p99.9", "p99.99", "max"
+                camera.name, "samples", "p50", "p99", "p99.9", "p99.99", "max"
             ));
             lines.extend(camera.rows.iter().map(Row::text));
             lines.push(format!("  {}", camera.counted_text()));
@@ -81,7 +82,7 @@ impl Report {
     pub(super) fn page(&self, cameras: &[String], measurement: &Measurement) -> String {
         let mut body = format!("<p>{}</p>\n", Escaped(&self.machine.told()));
         for note in self.gap_lines().iter().chain(&self.warnings) {
-            body += &format!("<p class=\"note\">{}</p>\n", Escaped(note));
+            body += &element("p class=\"note\"", note);
         }
         let latencies = || cameras.iter().zip(&measurement.latencies);
         let whole = latencies().map(|(name, latency)| Curve {
@@ -91,10 +92,12 @@ impl Report {
         body += "<h2>Arrival → seen</h2>\n";
         body += &chart("Arrival to seen by camera", &whole.collect::<Vec<_>>());
         for (camera, (name, latency)) in self.cameras.iter().zip(latencies()) {
-            body += &format!("<h2>{}</h2>\n", Escaped(name));
+            body += &element("h2", name);
             body += &chart(&format!("Stages of {name}"), &stages(&latency.all));
-            body += &format!("<div class=\"scroll\">{}</div>\n", camera.table());
-            body += &format!("<p class=\"note\">{}</p>\n", Escaped(&camera.counted_text()));
+            body += "<div class=\"scroll\">";
+            body += &camera.table();
+            body += "</div>\n";
+            body += &element("p class=\"note\"", &camera.counted_text());
         }
         page("Lodestone: latency", &body)
     }
@@ -123,7 +126,7 @@ impl Camera {
         let mut rows: Vec<Row> = Stage::ALL.map(|stage| row(&latency.all, stage, "")).into();
         rows.push(row(&latency.clean, Stage::ArrivalToSeen, ", no gaps"));
         Self {
-            camera: name.into(),
+            name: name.into(),
             counted: latency.counted,
             all: by_stage(&latency.all),
             without_gaps: by_stage(&latency.clean),
@@ -168,6 +171,12 @@ fn by_stage(histograms: &StageHistograms) -> Map<String, Value> {
 fn stages(histograms: &StageHistograms) -> Vec<Curve<'_>> {
     let curve = |stage: Stage| Curve { name: stage.name().into(), histogram: histograms.of(stage) };
     Stage::ALL.map(curve).into()
+}
+
+/// Text in a paragraph or heading; attributes go with the element's name.
+fn element(name_and_attributes: &str, text: &str) -> String {
+    let name = name_and_attributes.split(' ').next().unwrap_or_default();
+    format!("<{name_and_attributes}>{}</{name}>\n", Escaped(text))
 }
 
 fn micros(ns: Option<u64>) -> String {

@@ -11,7 +11,7 @@ pub(super) fn of_system(session: &Session, cameras: &[String]) -> Vec<String> {
     match daemon_pid(session, cameras) {
         Some(pid) => warnings.extend(of_lanes(&lane_threads(pid))),
         None => {
-            warnings.push("no health message came: how the lanes are scheduled is unknown".into())
+            warnings.push("no health message came: how the lanes are scheduled is unknown".into());
         }
     }
     warnings

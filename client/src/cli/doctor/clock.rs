@@ -61,10 +61,10 @@ fn governor(machine: &Machine) -> Finding {
     let of = |cpu: u32| {
         machine.read(&format!("/sys/devices/system/cpu/cpu{cpu}/cpufreq/scaling_governor")).ok()
     };
-    judge_governors(machine.processors().into_iter().filter_map(of).collect(), NAME)
+    judge_governors(&machine.processors().into_iter().filter_map(of).collect(), NAME)
 }
 
-fn judge_governors(governors: BTreeSet<String>, name: &'static str) -> Finding {
+fn judge_governors(governors: &BTreeSet<String>, name: &'static str) -> Finding {
     let list = governors.iter().cloned().collect::<Vec<_>>().join(", ");
     match governors.iter().all(|governor| governor == "performance") {
         _ if governors.is_empty() => {
@@ -95,7 +95,7 @@ mod tests {
     #[test]
     fn one_processor_that_saves_power_is_enough() {
         let judge = |names: &[&str]| {
-            judge_governors(names.iter().map(|name| (*name).to_owned()).collect(), "g").verdict
+            judge_governors(&names.iter().map(|name| (*name).to_owned()).collect(), "g").verdict
         };
         assert_eq!(judge(&["performance"]), Verdict::Ok);
         assert_eq!(judge(&["performance", "powersave"]), Verdict::Better);

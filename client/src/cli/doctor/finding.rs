@@ -1,5 +1,7 @@
 //! What a check found.
 
+use std::fmt::Write;
+
 use serde::Serialize;
 
 /// How good it is.
@@ -74,7 +76,8 @@ impl Finding {
         let mut text = format!("{verdict:<8} {:<15} {}", self.check, self.found);
         for (what, said) in [("means", &self.means), ("change", &self.change)] {
             if let Some(said) = said {
-                text.push_str(&format!("\n{:<8} {what:>15} {said}", ""));
+                // Writing to a string does not fail.
+                let _ = write!(text, "\n{:<8} {what:>15} {said}", "");
             }
         }
         text

@@ -100,9 +100,9 @@ mod tests {
 
     #[test]
     fn throttling_is_judged_by_the_share_it_leaves() {
+        use Verdict::{Bad, Better, Ok as Good, Unknown};
         let of = |runtime: &str| throttling(Ok(runtime.into()), Some("1000000")).verdict;
         let verdicts = ["-1", "950000", "100000", "0", "much"].map(of);
-        use Verdict::{Bad, Better, Ok as Good, Unknown};
         assert_eq!(verdicts, [Good, Good, Better, Bad, Unknown]);
     }
 

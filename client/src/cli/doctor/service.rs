@@ -1,5 +1,7 @@
 //! systemd: whether shared memory outlives a login.
 
+use std::path::Path;
+
 use super::finding::Finding;
 use super::machine::Machine;
 
@@ -14,10 +16,15 @@ pub(super) fn check(machine: &Machine) -> Vec<Finding> {
     let drop_ins = DROP_INS.iter().flat_map(|directory| {
         machine.names_in(directory).into_iter().map(move |name| format!("{directory}/{name}"))
     });
-    let files = std::iter::once(MAIN.to_owned()).chain(drop_ins.filter(|f| f.ends_with(".conf")));
+    let files = std::iter::once(MAIN.to_owned()).chain(drop_ins.filter(|file| is_read(file)));
     // Of several settings the last one holds.
-    let last = files.filter_map(|file| remove_ipc(&machine.read(&file).ok()?)).last();
+    let last = files.filter_map(|file| remove_ipc(&machine.read(&file).ok()?)).next_back();
     vec![judge(last)]
+}
+
+/// systemd reads no others.
+fn is_read(file: &str) -> bool {
+    Path::new(file).extension().is_some_and(|extension| extension == "conf")
 }
 
 fn remove_ipc(text: &str) -> Option<bool> {
