@@ -7,7 +7,7 @@ use core::time::Duration;
 
 use crate::client::Client;
 use crate::error::ConnectError;
-use crate::time::{age_of, monotonic_now_ns};
+use crate::time::coarse_now_ns;
 
 /// A missing service is looked for this often: a look reads a directory.
 const BETWEEN_ATTEMPTS_NS: i64 = 100_000_000;
@@ -35,7 +35,8 @@ pub(crate) struct Connection<P> {
     client: Client,
     service: ServiceOf,
     link: Link<P>,
-    /// When a message last came or the service was last opened.
+    silence_ns: i64,
+    /// When a message last came or the service was last opened, by [`coarse_now_ns`].
     last_sign_ns: i64,
 }
 
@@ -49,8 +50,9 @@ enum Link<P> {
 }
 
 impl<P: ReceivingPort> Connection<P> {
-    pub(crate) const fn new(client: Client, service: ServiceOf) -> Self {
-        Self { client, service, link: Link::New, last_sign_ns: 0 }
+    pub(crate) fn new(client: Client, service: ServiceOf) -> Self {
+        let silence_ns = i64::try_from(service.silence.as_nanos()).unwrap_or(i64::MAX);
+        Self { client, service, link: Link::New, silence_ns, last_sign_ns: 0 }
     }
 
     pub(crate) fn camera(&self) -> &str {
@@ -82,7 +84,7 @@ impl<P: ReceivingPort> Connection<P> {
 
     /// Something came.
     pub(crate) fn heard(&mut self) {
-        self.last_sign_ns = monotonic_now_ns();
+        self.last_sign_ns = coarse_now_ns();
     }
 
     /// The transport failed; it is tried again later.
@@ -95,9 +97,10 @@ impl<P: ReceivingPort> Connection<P> {
     fn is_due(&self) -> bool {
         match &self.link {
             Link::New => true,
-            Link::Down { next_attempt_ns, .. } => monotonic_now_ns() >= *next_attempt_ns,
+            Link::Down { next_attempt_ns, .. } => coarse_now_ns() >= *next_attempt_ns,
             Link::Up(port) => {
-                age_of(self.last_sign_ns) > self.service.silence && !port.has_waiting()
+                let silent_ns = coarse_now_ns().saturating_sub(self.last_sign_ns);
+                silent_ns > self.silence_ns && !port.has_waiting()
             }
         }
     }
@@ -115,7 +118,7 @@ impl<P: ReceivingPort> Connection<P> {
     }
 
     fn down(&mut self, error: ConnectError) {
-        let next_attempt_ns = monotonic_now_ns().saturating_add(BETWEEN_ATTEMPTS_NS);
+        let next_attempt_ns = coarse_now_ns().saturating_add(BETWEEN_ATTEMPTS_NS);
         self.link = Link::Down { error: Arc::new(error), next_attempt_ns };
     }
 }

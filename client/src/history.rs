@@ -89,6 +89,15 @@ impl History {
         self.taken += 1;
     }
 
+    /// Brings the place of the next pose into this core's cache, while there is time. A history is larger than
+    /// the caches next to the core, and its oldest pose, which the next one replaces, was last touched
+    /// seconds ago.
+    pub(crate) fn make_ready(&self) {
+        if self.poses.len() == self.capacity {
+            core::hint::black_box(self.poses.front().copied());
+        }
+    }
+
     /// Begins a new history: lookups no longer see what came before.
     pub fn break_off(&mut self) {
         self.start = self.taken;

@@ -100,6 +100,7 @@ impl PoseStreamBuilder {
             unread: 0,
             unseen: 0,
             reported: Counts::default(),
+            is_ready_for: 0,
             vigil: Vigil::default(),
         }
     }
@@ -137,6 +138,8 @@ pub struct PoseStream {
     /// Number of the first pose that neither `latest` nor `wait` has given.
     unseen: u64,
     reported: Counts,
+    /// Number of the pose for which the history has made itself ready.
+    is_ready_for: u64,
     vigil: Vigil,
 }
 
@@ -254,6 +257,7 @@ impl PoseStream {
     }
 
     fn take_waiting(&mut self) {
+        let before = self.history.taken();
         while let Some(received) = self.subscription.next() {
             if received.restart {
                 self.history.break_off();
@@ -261,6 +265,11 @@ impl PoseStream {
             if let Ok(pose) = received.message {
                 self.history.push(pose);
             }
+        }
+        let found_nothing = self.history.taken() == before;
+        if found_nothing && self.is_ready_for != before {
+            self.history.make_ready();
+            self.is_ready_for = before;
         }
     }
 

@@ -81,6 +81,7 @@ impl<M: Message> Subscription<M> {
     }
 
     /// The next message that waits, connecting first if need be; `None` if none waits.
+    #[inline]
     pub(crate) fn next(&mut self) -> Option<Received<M>> {
         loop {
             let (raw, publisher) = self.receive()?;
@@ -97,6 +98,7 @@ impl<M: Message> Subscription<M> {
         }
     }
 
+    #[inline]
     fn receive(&mut self) -> Option<(M::Raw, u128)> {
         let tracker = &mut self.tracker;
         match self.connection.port(|| tracker.connected())?.subscriber.receive() {

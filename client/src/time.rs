@@ -38,6 +38,13 @@ pub fn monotonic_now_ns() -> i64 {
     now.tv_sec.saturating_mul(1_000_000_000).saturating_add(now.tv_nsec)
 }
 
+/// `CLOCK_MONOTONIC` at the last tick of the kernel, ns: some milliseconds old, at a fraction of the cost.
+/// For what is asked at every look and may be a little late.
+pub(crate) fn coarse_now_ns() -> i64 {
+    let now = clock_gettime(ClockId::MonotonicCoarse);
+    now.tv_sec.saturating_mul(1_000_000_000).saturating_add(now.tv_nsec)
+}
+
 /// Time since an instant on `CLOCK_MONOTONIC`; zero if it is ahead.
 pub(crate) fn age_of(time_ns: i64) -> Duration {
     let age_ns = monotonic_now_ns().saturating_sub(time_ns);

@@ -86,10 +86,10 @@ fn run_on_one_thread<P: Publish>(
 ) {
     while !context.stop.is_raised() {
         let state = driver.poll(PATIENCE, &mut producer);
-        hear(&mut worker, &mut inbox);
         while let Some((reading, in_ring)) = consumer.pop_stamped() {
             worker.take(&reading, in_ring);
         }
+        hear(&mut worker, &mut inbox);
         count(&*driver, &producer, &context.board);
         worker.watch(state, HostTime::now());
         if state == SourceState::Ended {
@@ -111,11 +111,11 @@ fn run_on_two_threads<P: Publish>(
     let reader = Reader::start(context, driver, producer)?;
     while !(consumer.is_closed() && consumer.is_empty()) {
         hand_over.wait(&mut consumer, PATIENCE);
-        hear(&mut worker, &mut inbox);
         while let Some((reading, in_ring)) = consumer.pop_stamped() {
             hand_over.note(reading.arrival);
             worker.take(&reading, in_ring);
         }
+        hear(&mut worker, &mut inbox);
         worker.watch(reader.state(), HostTime::now());
     }
     reader.join()
@@ -170,7 +170,7 @@ impl Reader {
     }
 }
 
-/// What others measured goes before the readings that came with it: the core keeps what is ahead.
+/// What others measured is as late as it is; no sample waits for it.
 fn hear<P: Publish>(worker: &mut Worker<P>, inbox: &mut AidingInbox) {
     while let Some(message) = inbox.next_message() {
         worker.hear(&message);

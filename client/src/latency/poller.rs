@@ -92,7 +92,7 @@ impl Poller {
     fn count_lost(&mut self, camera: usize, left_out: &mut Counted) {
         let lost = self.streams[camera].counts().lost;
         let before = std::mem::replace(&mut self.lost[camera], lost);
-        if monotonic_now_ns() >= self.begin_ns {
+        if lost > before && monotonic_now_ns() >= self.begin_ns {
             left_out.lost += lost - before;
         }
     }
