@@ -26,6 +26,17 @@ pub struct Conditions {
     pub real_time: bool,
 }
 
+/// Seconds by which peers' publishers outlive consumers.
+const SPARE_S: f64 = 1.0;
+
+impl Conditions {
+    /// For who publishes to those who measure under these.
+    #[must_use]
+    pub const fn longer(self) -> Self {
+        Self { measure_s: self.measure_s + SPARE_S, ..self }
+    }
+}
+
 impl Part {
     /// Starts a role with its arguments.
     ///

@@ -8,7 +8,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::round::{Outcome, run};
-use super::subject::Subject;
+use super::subject::{Kind, Subject};
 
 /// What is run.
 #[derive(Clone, Debug)]
@@ -29,12 +29,15 @@ impl Plan {
     /// The subjects.
     pub fn subjects(&self) -> Vec<Subject> {
         let all = Subject::value_variants().iter().copied();
-        all.filter(|subject| self.only.is_empty() || self.only.contains(subject)).collect()
+        // The floor is measured by the subject whose turns it shares.
+        let of = |subject| if subject == Subject::Floor { Subject::InTurns } else { subject };
+        all.filter(|subject| self.only.is_empty() || self.only.contains(&of(*subject))).collect()
     }
 
-    /// The subjects of one round in its order.
+    /// What one round runs, in its order.
     fn order(&self, round: usize) -> Vec<Subject> {
         let mut subjects = self.subjects();
+        subjects.retain(|subject| subject.kind() != Kind::Beside);
         let mut drawn = ChaCha8Rng::seed_from_u64(self.seed);
         drawn.set_stream(round as u64);
         subjects.shuffle(&mut drawn);
@@ -51,7 +54,7 @@ impl Plan {
             for subject in self.order(round) {
                 eprintln!("round {round} of {}: {}", self.rounds, subject.name());
                 let outcome = run(subject, (self.seconds, self.real_time));
-                outcomes.push(outcome.map_err(|e| format!("{}: {e}", subject.key()))?);
+                outcomes.extend(outcome.map_err(|e| format!("{}: {e}", subject.key()))?);
             }
         }
         Ok(outcomes)
@@ -68,11 +71,15 @@ mod tests {
         let (first, second) = (plan.order(1), plan.order(2));
         assert_ne!(first, second);
         assert_eq!(first, plan.order(1), "the seed tells");
-        for subject in Subject::value_variants() {
+        let on_its_own = |subject: &&Subject| subject.kind() != Kind::Beside;
+        for subject in Subject::value_variants().iter().filter(on_its_own) {
             assert_eq!(first.iter().filter(|s| *s == subject).count(), 1, "{}", subject.key());
             assert!(second.contains(subject));
         }
         let chosen = Plan { only: vec![Subject::Step], ..plan };
         assert_eq!(chosen.order(1), [Subject::Step]);
+        let in_turns = Plan { only: vec![Subject::InTurns], ..chosen };
+        assert_eq!(in_turns.subjects(), [Subject::InTurns, Subject::Floor]);
+        assert_eq!(in_turns.order(1), [Subject::InTurns]);
     }
 }

@@ -3,6 +3,7 @@
 
 mod consumer;
 mod fan_out;
+mod floor;
 mod served;
 
 use std::error::Error;
@@ -37,6 +38,10 @@ pub enum Role {
     },
     /// Takes the first camera's poses as soon as they are there.
     Poll(Watch),
+    /// The same, and in turns with them what [`Role::Floor`] publishes.
+    PollInTurns(Watch),
+    /// Does a filter step and publishes by plain iceoryx2, midway between the first camera's samples.
+    Floor(Watch),
     /// Takes them by `PoseStream::wait`.
     Wait(Watch),
     /// Sleeps until an event says that there is one.
@@ -122,6 +127,8 @@ pub fn play(role: &Role, real_time: bool) -> Result<(), Box<dyn Error>> {
     match role {
         Role::Daemon { config, seconds, .. } => daemon(config.clone(), *seconds),
         Role::Poll(watch) => consumer::poll(watch),
+        Role::PollInTurns(watch) => consumer::poll_in_turns(watch),
+        Role::Floor(watch) => floor::run(watch),
         Role::Wait(watch) => consumer::wait(watch),
         Role::Event(watch) => consumer::event(watch),
         Role::Served { cameras, watch } => served::run(watch, *cameras),
@@ -136,12 +143,16 @@ impl Role {
     const fn side(&self) -> Side {
         match self {
             Self::Daemon { anywhere: true, .. } | Self::Served { .. } => Side::Both,
-            Self::Daemon { .. } | Self::Publish { .. } | Self::Step(_) | Self::FanOut(_) => {
-                Side::Publisher
-            }
-            Self::Poll(_) | Self::Wait(_) | Self::Event(_) | Self::Subscribe { .. } => {
-                Side::Consumer
-            }
+            Self::Daemon { .. }
+            | Self::Publish { .. }
+            | Self::Floor(_)
+            | Self::Step(_)
+            | Self::FanOut(_) => Side::Publisher,
+            Self::Poll(_)
+            | Self::PollInTurns(_)
+            | Self::Wait(_)
+            | Self::Event(_)
+            | Self::Subscribe { .. } => Side::Consumer,
         }
     }
 

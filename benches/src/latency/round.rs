@@ -25,8 +25,6 @@ const GAP_THRESHOLD: Duration = Duration::from_micros(50);
 const JOIN_S: f64 = 0.7;
 /// Seconds until a daemon that nobody looks at has nothing of its start left.
 const START_S: f64 = 2.0;
-/// Seconds by which peers' publishers outlive consumers.
-const SPARE_S: f64 = 1.0;
 /// Seconds after which a daemon ends that nobody stopped.
 const LONGEST_S: f64 = 60.0;
 
@@ -48,12 +46,13 @@ pub struct Outcome {
 pub fn run(
     subject: Subject,
     (measure_s, real_time): (f64, bool),
-) -> Result<Outcome, Box<dyn Error>> {
+) -> Result<Vec<Outcome>, Box<dyn Error>> {
     let sentinel = if subject.kind().has_ways() { sentinel()? } else { None };
     let conditions = Conditions { settle_s: JOIN_S, measure_s, real_time };
     let told = match subject.kind() {
         Kind::Lane(setup, role) => lane(setup, role, conditions)?,
         Kind::Peer { peer, blocks } => of_peer(peer, blocks, conditions)?,
+        Kind::Beside => return Ok(Vec::new()),
         Kind::Alone(role) => {
             let own = OwnDomain::new("alone")?;
             Part::watch(&[role], &own, conditions)?.finish()?
@@ -62,11 +61,14 @@ pub fn run(
         Kind::Served(setup) => served(setup, conditions)?,
     };
     let gaps = sentinel.map(|sentinel| sentinel.take()).unwrap_or_default();
-    let outcome = outcome(subject, &told, &gaps);
-    match &outcome.latency {
-        Some(latency) if latency.counted.measured == 0 => Err("its consumer saw nothing".into()),
-        _ => Ok(outcome),
+    let outcomes = outcomes(subject, &told, &gaps);
+    let blind = |outcome: &Outcome| {
+        outcome.latency.as_ref().is_some_and(|latency| latency.counted.measured == 0)
+    };
+    if outcomes.iter().any(blind) {
+        return Err("its consumer saw nothing".into());
     }
+    Ok(outcomes)
 }
 
 /// On the publisher's processor, if that is one and not the consumer's.
@@ -75,12 +77,17 @@ fn sentinel() -> Result<Option<Sentinel>, Box<dyn Error>> {
     Ok(cpu.map(|cpu| Sentinel::start(cpu, GAP_THRESHOLD)).transpose()?)
 }
 
-fn outcome(subject: Subject, told: &Told, gaps: &[Gap]) -> Outcome {
+/// The subject's, and that of what ran beside it.
+fn outcomes(subject: Subject, told: &Told, gaps: &[Gap]) -> Vec<Outcome> {
     let mut figures = told.figures.clone();
     if told.measured_ns > 0 {
         figures.push(("consumer's processor %".into(), percent(told.cpu_ns, told.measured_ns)));
     }
-    Outcome { subject, latency: told.latencies(gaps).into_iter().next(), figures }
+    let mut latencies = told.latencies(gaps).into_iter();
+    let beside =
+        |latency| Outcome { subject: Subject::Floor, latency: Some(latency), figures: Vec::new() };
+    let own = Outcome { subject, latency: latencies.next(), figures };
+    std::iter::once(own).chain(latencies.map(beside)).collect()
 }
 
 fn percent(part: u64, whole: u64) -> f64 {
@@ -110,8 +117,13 @@ impl Daemon {
 
 fn lane(setup: Setup, role: &str, conditions: Conditions) -> Result<Told, Box<dyn Error>> {
     let mut daemon = Daemon::start(setup, conditions, false)?;
+    let in_turns = role == "poll-in-turns";
+    let floor = in_turns.then(|| Part::watch(&["floor"], &daemon.own, conditions.longer()));
     let consumer = Part::watch(&[role], &daemon.own, conditions)?;
     let mut told = consumer.finish()?;
+    if let Some(floor) = floor {
+        floor?.expect_success()?;
+    }
     let lanes = lane_threads(daemon.part.pid());
     let real_time = !lanes.is_empty() && lanes.iter().all(|lane| lane.real_time);
     told.figures.push((REAL_TIME.into(), f64::from(u8::from(real_time))));
@@ -122,7 +134,7 @@ fn lane(setup: Setup, role: &str, conditions: Conditions) -> Result<Told, Box<dy
 fn of_peer(peer: Peer, blocks: bool, conditions: Conditions) -> Result<Told, Box<dyn Error>> {
     let own = OwnDomain::new("peer")?;
     let value = peer.to_possible_value().ok_or("a peer without a name")?;
-    let long = Conditions { measure_s: conditions.measure_s + SPARE_S, ..conditions };
+    let long = conditions.longer();
     let role = |name: &'static str, flag: &'static str| -> Vec<&str> {
         [name, value.get_name()].into_iter().chain(blocks.then_some(flag)).collect()
     };

@@ -8,6 +8,7 @@ use lodestone_client::latency::{Sighting, Stamps};
 use lodestone_client::monotonic_now_ns;
 use lodestone_config::model::TrajectoryKind;
 use lodestone_daemon::lane::Core;
+use lodestone_daemon::reading::Reading;
 use rustix::thread::clock_nanosleep_absolute;
 use rustix::time::{ClockId, Timespec};
 
@@ -20,23 +21,41 @@ const SECOND_NS: i64 = 1_000_000_000;
 /// Readings until the filter is aligned and the camera walks.
 const BEFORE: usize = 2400;
 
+/// A core whose filter is aligned and carried, and what it takes next.
+pub struct Aligned {
+    /// The core.
+    pub core: Core,
+    /// The next readings.
+    pub readings: Vec<Reading>,
+}
+
+impl Aligned {
+    /// With so many readings to come.
+    ///
+    /// # Errors
+    /// If there is no synthetic world.
+    pub fn new(count: usize) -> Result<Self, Box<dyn Error>> {
+        let mut load = Load::synthetic(TrajectoryKind::Walk, BEFORE + count)?;
+        let readings = load.readings.split_off(BEFORE);
+        let mut core = Core::new(&load.settings);
+        for reading in &load.readings {
+            core.take(reading, |_| {});
+        }
+        Ok(Self { core, readings })
+    }
+}
+
 /// Takes a reading every 2.5 ms and tells how long each took.
 ///
 /// # Errors
 /// If there is no synthetic world, or it cannot be told.
 pub fn run(watch: &Watch) -> Result<(), Box<dyn Error>> {
     let paced = ((watch.settle_s + watch.measure_s) * SECOND_NS as f64) as i64 / STEP_NS;
-    let count = BEFORE + usize::try_from(paced)?;
-    let load = Load::synthetic(TrajectoryKind::Walk, count)?;
-    let mut core = Core::new(&load.settings);
-    let (before, rest) = load.readings.split_at(BEFORE);
-    for reading in before {
-        core.take(reading, |_| {});
-    }
+    let Aligned { mut core, readings } = Aligned::new(usize::try_from(paced)?)?;
     let mut told = Told::of(1);
     let mut due_ns = monotonic_now_ns();
     let begin_ns = due_ns + (watch.settle_s * SECOND_NS as f64) as i64;
-    for reading in rest {
+    for reading in &readings {
         due_ns += STEP_NS;
         let due = Timespec { tv_sec: due_ns / SECOND_NS, tv_nsec: due_ns % SECOND_NS };
         clock_nanosleep_absolute(ClockId::Monotonic, &due)?;

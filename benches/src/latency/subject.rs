@@ -10,7 +10,11 @@ use super::peers::Peer;
 pub enum Subject {
     /// A polling consumer of a lane on one thread, the default.
     Lane,
-    /// The same with a lane on two threads, of which one wakes the other.
+    /// The same in turns with what it stands on, which runs between the lane's samples.
+    InTurns,
+    /// What it stands on: a filter step and plain iceoryx2, and nothing else.
+    Floor,
+    /// A lane on two threads, of which one wakes the other.
     LaneTwo,
     /// The same with a lane on two threads, of which one looks when a sample is due.
     LaneTimed,
@@ -66,6 +70,8 @@ pub enum Kind {
         /// The consumer sleeps.
         blocks: bool,
     },
+    /// What ran beside another subject and was measured with it.
+    Beside,
     /// A part on its own, by its role.
     Alone(&'static str),
     /// The daemon without consumers.
@@ -77,7 +83,7 @@ pub enum Kind {
 impl Kind {
     /// Whether samples' ways are timed; a sentinel would share the processor time of the others.
     pub fn has_ways(self) -> bool {
-        matches!(self, Self::Lane(..) | Self::Peer { .. } | Self::Alone("step"))
+        matches!(self, Self::Lane(..) | Self::Peer { .. } | Self::Beside | Self::Alone("step"))
     }
 }
 
@@ -87,6 +93,8 @@ impl Subject {
         let one = Setup::ONE;
         match self {
             Self::Lane => Kind::Lane(one, "poll"),
+            Self::InTurns => Kind::Lane(one, "poll-in-turns"),
+            Self::Floor => Kind::Beside,
             Self::LaneTwo => Kind::Lane(Setup { threads: "two", ..one }, "poll"),
             Self::LaneTimed => Kind::Lane(Setup { threads: "timed", ..one }, "poll"),
             Self::SecondCamera => Kind::Lane(Setup { cameras: 2, ..one }, "poll"),
@@ -117,6 +125,8 @@ impl Subject {
     pub fn name(self) -> String {
         match self {
             Self::Lane => "Lodestone, lane on one thread".into(),
+            Self::InTurns => "Lodestone, in turns with:".into(),
+            Self::Floor => "filter step and plain iceoryx2".into(),
             Self::LaneTwo => "Lodestone, two threads, wake-up".into(),
             Self::LaneTimed => "Lodestone, two threads, timed".into(),
             Self::SecondCamera => "Lodestone, beside a second camera".into(),
@@ -141,6 +151,11 @@ impl Subject {
 
     /// Whether its consumer polls and so shows the transport alone.
     pub fn polls(self) -> bool {
-        matches!(self.kind(), Kind::Lane(_, "poll") | Kind::Peer { blocks: false, .. })
+        matches!(
+            self.kind(),
+            Kind::Lane(_, "poll" | "poll-in-turns")
+                | Kind::Beside
+                | Kind::Peer { blocks: false, .. }
+        )
     }
 }

@@ -25,11 +25,11 @@ pub struct Target {
 type OfRound = fn(&[Outcome]) -> Option<f64>;
 
 const TARGETS: [(&str, f64, OfRound); 11] = [
-    ("arrival to consumer / plain iceoryx2 and a filter step, p50", 1.5, |round| {
-        Some(lane(round, p50_us)? / floor(round, p50_us)?)
+    ("arrival to consumer / filter step and plain iceoryx2, p50", 1.5, |round| {
+        Some(of(round, Subject::InTurns, p50_us)? / of(round, Subject::Floor, p50_us)?)
     }),
-    ("arrival to consumer / plain iceoryx2 and a filter step, p99", 2.0, |round| {
-        Some(lane(round, p99_us)? / floor(round, p99_us)?)
+    ("arrival to consumer / filter step and plain iceoryx2, p99", 2.0, |round| {
+        Some(of(round, Subject::InTurns, p99_us)? / of(round, Subject::Floor, p99_us)?)
     }),
     ("publishing to 16 subscribers / to none", 4.0, |round| {
         let ns = |subscribers| figure(round, Subject::FanOut, &fan_out_figure(subscribers));
@@ -85,23 +85,12 @@ type Percentile = fn(&Histogram) -> Option<f64>;
 
 /// Of a subject's whole way, without what crossed a gap, µs.
 fn of(round: &[Outcome], subject: Subject, percentile: Percentile) -> Option<f64> {
-    percentile(whole_way(round, subject)?)
+    let latency = outcome(round, subject)?.latency.as_ref()?;
+    percentile(latency.clean.of(Stage::ArrivalToSeen))
 }
 
 fn lane(round: &[Outcome], percentile: Percentile) -> Option<f64> {
     of(round, Subject::Lane, percentile)
-}
-
-/// What nobody who stands on iceoryx2 and does a filter step can be below: the percentile of one after the
-/// other. (Adding percentiles would give neither: both are skewed.)
-fn floor(round: &[Outcome], percentile: Percentile) -> Option<f64> {
-    let [step, transport] =
-        [Subject::Step, Subject::Iceoryx2].map(|subject| whole_way(round, subject));
-    percentile(&step?.followed_by(transport?))
-}
-
-fn whole_way(round: &[Outcome], subject: Subject) -> Option<&Histogram> {
-    Some(outcome(round, subject)?.latency.as_ref()?.clean.of(Stage::ArrivalToSeen))
 }
 
 fn transport(round: &[Outcome], subject: Subject) -> Option<f64> {
@@ -133,9 +122,8 @@ mod tests {
         // Given a machine that is ten times as slow in one of three rounds
         let round = |factor: i64, lane: i64| {
             vec![
-                outcome_of(Subject::Lane, lane * factor),
-                outcome_of(Subject::Iceoryx2, 10 * factor),
-                outcome_of(Subject::Step, 10 * factor),
+                outcome_of(Subject::InTurns, lane * factor),
+                outcome_of(Subject::Floor, 20 * factor),
             ]
         };
         let targets = targets(&[round(1, 28), round(10, 26), round(1, 40)]);

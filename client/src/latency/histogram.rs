@@ -51,21 +51,6 @@ impl Histogram {
         debug_assert!(added.is_ok(), "{added:?}");
     }
 
-    /// How long two things take one after the other that have nothing to do with each other: every time of
-    /// this one with every time of the other. Its count is the product of theirs.
-    #[must_use]
-    pub fn followed_by(&self, other: &Self) -> Self {
-        let mut sums = Self::default();
-        for first in self.0.iter_recorded() {
-            for second in other.0.iter_recorded() {
-                let sum_ns = first.value_iterated_to() + second.value_iterated_to();
-                let often = first.count_at_value() * second.count_at_value();
-                sums.0.saturating_record_n(sum_ns, often);
-            }
-        }
-        sums
-    }
-
     /// Times recorded.
     pub fn count(&self) -> u64 {
         self.0.len()
@@ -128,18 +113,6 @@ mod tests {
 
     fn close(found: Option<u64>, expected: u64) -> bool {
         found.is_some_and(|ns| ns.abs_diff(expected) * 500 <= expected)
-    }
-
-    #[test]
-    fn of_two_dice_thrown_one_after_the_other_seven_is_in_the_middle() {
-        let die = of(1..=6);
-        let both = die.followed_by(&die);
-        assert_eq!((both.count(), both.percentiles().max_ns), (36, Some(12)));
-        assert_eq!(both.percentiles().p50_ns, Some(7));
-        // Of skewed times the middle of the sum is not the sum of the middles.
-        let skewed = of([1, 1, 1, 100, 100].into_iter());
-        assert_eq!(skewed.percentiles().p50_ns, Some(1));
-        assert_eq!(skewed.followed_by(&skewed).percentiles().p50_ns, Some(101));
     }
 
     #[test]

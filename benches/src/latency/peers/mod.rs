@@ -24,7 +24,7 @@ use super::role::{BREATH, Watch};
 use super::told::Told;
 
 /// 400 messages a second.
-const STEP_NS: i64 = 2_500_000;
+pub const STEP_NS: i64 = 2_500_000;
 const SECOND_NS: i64 = 1_000_000_000;
 /// What keeps a polling consumer from looking for longer is a gap.
 pub const GAP_THRESHOLD_NS: i64 = 50_000;
@@ -62,7 +62,11 @@ impl Peer {
         }
     }
 
-    fn sender(self, place: &Place, wakes: bool) -> Result<Box<dyn Sender>, Box<dyn Error>> {
+    pub(super) fn sender(
+        self,
+        place: &Place,
+        wakes: bool,
+    ) -> Result<Box<dyn Sender>, Box<dyn Error>> {
         Ok(match self {
             Self::Iceoryx2 => Box::new(iceoryx::Publisher::open(place, wakes)?),
             Self::Seqlock => Box::new(lock::Writer::open(place, wakes)?),
@@ -107,7 +111,7 @@ impl Place {
 }
 
 /// The publishing end.
-trait Sender {
+pub(super) trait Sender {
     /// Hands one message to the transport.
     fn send(&mut self, payload: &Payload) -> Result<(), Box<dyn Error>>;
 }
@@ -146,54 +150,81 @@ pub fn publish(peer: Peer, watch: &Watch, wakes: bool) -> Result<(), Box<dyn Err
 /// # Errors
 /// Whatever the transport says.
 pub fn subscribe(peer: Peer, watch: &Watch, blocks: bool) -> Result<(), Box<dyn Error>> {
-    let mut receiver = patiently(|| peer.receiver(&watch.place(), blocks))?;
+    let mut follower = Follower::joining(peer, &watch.place(), 0, blocks)?;
     let begin_ns = monotonic_now_ns() + (watch.settle_s * 1e9) as i64;
     let end_ns = begin_ns + (watch.measure_s * 1e9) as i64;
-    let mut consumer = Consumer { told: Told::of(1), begin_ns, last: None, last_empty_ns: None };
+    let mut told = Told::of(1);
     let (mut cpu_ns, mut settled) = (0, false);
-    let mut now_ns = monotonic_now_ns();
+    let (mut now_ns, mut last_empty_ns) = (monotonic_now_ns(), None);
     while now_ns < end_ns {
         if blocks {
-            receiver.sleep(Duration::from_millis(50))?;
-        } else {
-            consumer.note_gap(now_ns);
+            follower.receiver.sleep(Duration::from_millis(50))?;
+        } else if let Some(gap) = gap_since(last_empty_ns, now_ns, begin_ns) {
+            told.note_gap(gap);
         }
-        let taken = receiver.take()?;
-        consumer.last_empty_ns = taken.is_none().then_some(now_ns);
-        if let Some((newest, count)) = taken {
-            consumer.see(&newest, count, monotonic_now_ns());
-            if !blocks {
-                sleep(BREATH);
-            }
+        let came = follower.look(&mut told, begin_ns)?;
+        last_empty_ns = (!came).then_some(now_ns);
+        if came && !blocks {
+            sleep(BREATH);
         }
         now_ns = monotonic_now_ns();
         if !settled && now_ns >= begin_ns {
             (cpu_ns, settled) = (cpu_time::of_process(std::process::id()), true);
         }
     }
-    consumer.told.cpu_ns = cpu_time::of_process(std::process::id()) - cpu_ns;
-    consumer.told.measured_ns = (now_ns - begin_ns).cast_unsigned();
-    consumer.told.tell()
+    told.cpu_ns = cpu_time::of_process(std::process::id()) - cpu_ns;
+    told.measured_ns = (now_ns - begin_ns).cast_unsigned();
+    told.tell()
 }
 
-/// What a peer's consumer keeps.
-struct Consumer {
-    told: Told,
-    begin_ns: i64,
+/// A peer's consuming end, and what it saw last.
+pub struct Follower {
+    receiver: Box<dyn Receiver>,
+    /// The number of its stream in what is told.
+    stream: usize,
     last: Option<u64>,
-    last_empty_ns: Option<i64>,
 }
 
-impl Consumer {
-    fn see(&mut self, newest: &Payload, count: u64, seen_ns: i64) {
+impl Follower {
+    /// Joins once the other side is there, to poll.
+    ///
+    /// # Errors
+    /// Whatever the transport says.
+    pub fn join(peer: Peer, place: &Place, stream: usize) -> Result<Self, Box<dyn Error>> {
+        Self::joining(peer, place, stream, false)
+    }
+
+    fn joining(
+        peer: Peer,
+        place: &Place,
+        stream: usize,
+        blocks: bool,
+    ) -> Result<Self, Box<dyn Error>> {
+        let receiver = patiently(|| peer.receiver(place, blocks))?;
+        Ok(Self { receiver, stream, last: None })
+    }
+
+    /// Takes what waits and tells the newest, if it was published in the time that counts; whether there was
+    /// something.
+    ///
+    /// # Errors
+    /// Whatever the transport says.
+    pub fn look(&mut self, told: &mut Told, begin_ns: i64) -> Result<bool, Box<dyn Error>> {
+        let Some((newest, count)) = self.receiver.take()? else { return Ok(false) };
+        self.see(told, begin_ns, &newest, count);
+        Ok(true)
+    }
+
+    fn see(&mut self, told: &mut Told, begin_ns: i64, newest: &Payload, count: u64) {
+        let seen_ns = monotonic_now_ns();
         let (published_ns, sequence) = (published_ns(newest), sequence(newest));
         let missed =
             self.last.replace(sequence).map_or(0, |last| (sequence - last).saturating_sub(count));
-        if published_ns < self.begin_ns {
-            self.told.leave_out(0, &Counted { warm_up: count, ..Counted::default() });
+        if published_ns < begin_ns {
+            told.leave_out(self.stream, &Counted { warm_up: count, ..Counted::default() });
             return;
         }
-        self.told.leave_out(0, &Counted { lost: missed, ..Counted::default() });
+        told.leave_out(self.stream, &Counted { lost: missed, ..Counted::default() });
         let stamps = Stamps {
             arrival_ns: published_ns,
             ring_ns: published_ns,
@@ -202,16 +233,14 @@ impl Consumer {
             published_ns,
             seen_ns,
         };
-        self.told.see(0, &Sighting { stamps, in_one_look: count });
+        told.see(self.stream, &Sighting { stamps, in_one_look: count });
     }
+}
 
-    fn note_gap(&mut self, now_ns: i64) {
-        let gap = self.last_empty_ns.map(|begin_ns| Gap { begin_ns, end_ns: now_ns });
-        if let Some(gap) = gap.filter(|g| g.span_ns() > GAP_THRESHOLD_NS && now_ns > self.begin_ns)
-        {
-            self.told.note_gap(gap);
-        }
-    }
+/// The gap since the last look that found nothing, if it was one.
+fn gap_since(last_empty_ns: Option<i64>, now_ns: i64, begin_ns: i64) -> Option<Gap> {
+    let gap = Gap { begin_ns: last_empty_ns?, end_ns: now_ns };
+    (gap.span_ns() > GAP_THRESHOLD_NS && now_ns > begin_ns).then_some(gap)
 }
 
 /// Tries until the other side is there.

@@ -11,7 +11,7 @@ use lodestone_schema::transport::open_event_for_reading;
 
 use super::super::configuration::camera;
 use super::super::cpu_time;
-use super::super::peers::GAP_THRESHOLD_NS;
+use super::super::peers::{Follower, GAP_THRESHOLD_NS, Peer};
 use super::super::told::Told;
 use super::Watch;
 
@@ -21,11 +21,32 @@ pub(crate) const BREATH: Duration = Duration::from_micros(500);
 
 /// Polls.
 pub(super) fn poll(watch: &Watch) -> Result<(), Box<dyn Error>> {
-    let mut streams = vec![stream(watch)?];
-    connect(&mut streams);
+    poll_with(watch, 1, &mut |_, _| Ok(false))
+}
+
+/// Polls two streams: the lane's, and the floor's.
+pub(super) fn poll_in_turns(watch: &Watch) -> Result<(), Box<dyn Error>> {
+    let mut floor = None;
+    poll_with(watch, 2, &mut |told, begin_ns| {
+        let floor = match &mut floor {
+            Some(floor) => floor,
+            none => none.insert(Follower::join(Peer::Iceoryx2, &watch.place(), 1)?),
+        };
+        floor.look(told, begin_ns)
+    })
+}
+
+/// Looks at something else, with what it tells and from when it counts; whether something came.
+type Else<'a> = &'a mut dyn FnMut(&mut Told, i64) -> Result<bool, Box<dyn Error>>;
+
+fn poll_with(watch: &Watch, streams: usize, look: Else<'_>) -> Result<(), Box<dyn Error>> {
+    let mut poses = vec![stream(watch)?];
+    connect(&mut poses);
+    let mut told = Told::of(streams);
+    // Joins before it counts.
+    look(&mut told, i64::MAX)?;
     let span = Span::of(watch);
-    let mut poller = Poller::new(streams, span.begin_ns, GAP_THRESHOLD_NS);
-    let mut told = Told::of(1);
+    let mut poller = Poller::new(poses, span.begin_ns, GAP_THRESHOLD_NS);
     while monotonic_now_ns() < span.end_ns {
         let mut came = false;
         let gap = poller.round(|stream, seen| {
@@ -38,7 +59,7 @@ pub(super) fn poll(watch: &Watch) -> Result<(), Box<dyn Error>> {
         if let Some(gap) = gap.filter(|gap| gap.end_ns > span.begin_ns) {
             told.note_gap(gap);
         }
-        if came {
+        if came || look(&mut told, span.begin_ns)? {
             sleep(BREATH);
             poller.forget_last_look();
         } else {
