@@ -190,7 +190,7 @@ impl PoseStream {
     ///
     /// Sleeps until shortly before the next pose is due, by the times at which the last 64 were published, and
     /// looks from then on; how early is what jitter and sleeps of this machine make worth while
-    /// for some 1 % of a processor spent on looking. A publisher that is late or stops is looked for less and
+    /// for less than 1 % of a processor spent on looking. A publisher that is late or stops is looked for less and
     /// less often, at last every 10 ms. While it sleeps the thread's timer slack is set to 1 ns.
     ///
     /// # Errors

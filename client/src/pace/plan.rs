@@ -6,7 +6,7 @@ use super::rhythm::{Offsets, Rhythm};
 use super::timer::Timer;
 
 /// Of a period, what looking may take on average: the price of seeing a pose at once.
-const LOOK_SHARE: f64 = 1.0 / 80.0;
+const LOOK_SHARE: f64 = 1.0 / 160.0;
 /// How many times the average a single look may take before it gives up, ns.
 const LONGEST_LOOK: f64 = 4.0;
 /// Looking begins no sooner than this before the earliest pose observed, ns.
