@@ -125,8 +125,8 @@ impl Subject {
     pub fn name(self) -> String {
         match self {
             Self::Lane => "Lodestone, lane on one thread".into(),
-            Self::InTurns => "Lodestone, in turns with:".into(),
-            Self::Floor => "filter step and plain iceoryx2".into(),
+            Self::InTurns => "Lodestone, in turns with the floor".into(),
+            Self::Floor => "the floor: filter step, plain iceoryx2".into(),
             Self::LaneTwo => "Lodestone, two threads, wake-up".into(),
             Self::LaneTimed => "Lodestone, two threads, timed".into(),
             Self::SecondCamera => "Lodestone, beside a second camera".into(),
