@@ -39,7 +39,7 @@ pub fn median(numbers: &[f64]) -> f64 {
 }
 
 /// The number below which the share `p` of the numbers lies (nearest rank); NaN of none.
-pub fn quantile(numbers: &[f64], p: f64) -> f64 {
+fn quantile(numbers: &[f64], p: f64) -> f64 {
     let mut sorted = numbers.to_vec();
     sorted.sort_by(f64::total_cmp);
     let rank = (p * sorted.len() as f64).ceil() as usize;

@@ -3,20 +3,11 @@
 use std::io;
 use std::sync::Arc;
 
+use lodestone_client::latency::{allowed_processors, pin_to};
 use lodestone_daemon::realtime::{Enrolled, Roster, ThreadSetup, enter};
-use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
 /// Priority of lanes, peers' publishers and consumers under `SCHED_FIFO`.
 pub const PRIORITY: u8 = 50;
-
-/// The processors this process may use.
-///
-/// # Errors
-/// Whatever the system says.
-pub fn allowed() -> io::Result<Vec<usize>> {
-    let set = sched_getaffinity(None)?;
-    Ok((0..CpuSet::MAX_CPU).filter(|cpu| set.is_set(*cpu)).collect())
-}
 
 /// The side of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +27,7 @@ impl Side {
     /// # Errors
     /// Whatever the system says.
     pub fn processor(self) -> io::Result<Option<usize>> {
-        let allowed = allowed()?;
+        let allowed = allowed_processors()?;
         Ok(match self {
             _ if allowed.len() < 2 => None,
             Self::Publisher => allowed.first().copied(),
@@ -51,9 +42,7 @@ impl Side {
     /// Whatever the system says.
     pub fn enter(self) -> io::Result<()> {
         let Some(processor) = self.processor()? else { return Ok(()) };
-        let mut own = CpuSet::new();
-        own.set(processor);
-        Ok(sched_setaffinity(None, &own)?)
+        pin_to(processor)
     }
 }
 

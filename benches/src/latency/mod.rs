@@ -15,6 +15,7 @@
 pub mod configuration;
 pub mod cores;
 pub mod cpu_time;
+pub mod metronome;
 pub mod part;
 pub mod payload;
 pub mod peers;

@@ -6,7 +6,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
-use lodestone_client::latency::{CameraLatency, Gap, Sentinel, lane_threads};
+use lodestone_client::latency::{CameraLatency, GAP_THRESHOLD, Gap, Sentinel, lane_threads};
 use tempfile::NamedTempFile;
 
 use super::configuration::Setup;
@@ -19,8 +19,6 @@ use super::subject::{Kind, Subject};
 use super::told::Told;
 use crate::domain::OwnDomain;
 
-/// What keeps the publisher's processor from the sentinel for longer is a gap.
-const GAP_THRESHOLD: Duration = Duration::from_micros(50);
 /// Seconds until a consumer has joined, learnt the rhythm, and the filter is aligned.
 const JOIN_S: f64 = 0.7;
 /// Seconds until a daemon that nobody looks at has nothing of its start left.

@@ -9,15 +9,12 @@ use lodestone_client::monotonic_now_ns;
 use lodestone_config::model::TrajectoryKind;
 use lodestone_daemon::lane::Core;
 use lodestone_daemon::reading::Reading;
-use rustix::thread::clock_nanosleep_absolute;
-use rustix::time::{ClockId, Timespec};
 
+use super::metronome::{Metronome, beats};
 use super::role::Watch;
 use super::told::Told;
 use crate::readings::Load;
 
-const STEP_NS: i64 = 2_500_000;
-const SECOND_NS: i64 = 1_000_000_000;
 /// Readings until the filter is aligned and the camera walks.
 const BEFORE: usize = 2400;
 
@@ -50,16 +47,13 @@ impl Aligned {
 /// # Errors
 /// If there is no synthetic world, or it cannot be told.
 pub fn run(watch: &Watch) -> Result<(), Box<dyn Error>> {
-    let paced = ((watch.settle_s + watch.measure_s) * SECOND_NS as f64) as i64 / STEP_NS;
-    let Aligned { mut core, readings } = Aligned::new(usize::try_from(paced)?)?;
+    let Aligned { mut core, readings } = Aligned::new(beats(watch.settle_s + watch.measure_s))?;
     let mut told = Told::of(1);
-    let mut due_ns = monotonic_now_ns();
-    let begin_ns = due_ns + (watch.settle_s * SECOND_NS as f64) as i64;
+    let now_ns = monotonic_now_ns();
+    let (mut metronome, begin_ns) =
+        (Metronome::after(now_ns), now_ns + (watch.settle_s * 1e9) as i64);
     for reading in &readings {
-        due_ns += STEP_NS;
-        let due = Timespec { tv_sec: due_ns / SECOND_NS, tv_nsec: due_ns % SECOND_NS };
-        clock_nanosleep_absolute(ClockId::Monotonic, &due)?;
-        let start_ns = monotonic_now_ns();
+        let start_ns = metronome.wait()?;
         core.take(black_box(reading), |step| {
             black_box(step);
         });

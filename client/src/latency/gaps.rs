@@ -1,5 +1,10 @@
 //! Times at which a core did not run what was to run on it.
 
+use core::time::Duration;
+
+/// What keeps a core from its work for longer is a gap: far above a step, far below a late pose.
+pub const GAP_THRESHOLD: Duration = Duration::from_micros(50);
+
 /// From the last sign of life to the next, `CLOCK_MONOTONIC`, ns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gap {

@@ -55,7 +55,7 @@ impl Machine {
                  \"performance\" keeps them awake"
             ));
         }
-        if let Some(clock) = self.clock_source.as_deref().filter(|name| !is_fast(name)) {
+        if let Some(clock) = self.clock_source.as_deref().filter(|name| !is_fast_clock(name)) {
             warnings.push(format!("clock source {clock:?}: each stamp costs a system call"));
         }
         if self.cores < 2 {
@@ -65,9 +65,10 @@ impl Machine {
     }
 }
 
-/// Clocks that are read without a system call.
-fn is_fast(clock: &str) -> bool {
-    ["tsc", "kvm-clock", "arch_sys_counter", "hyperv_clocksource_tsc_page"].contains(&clock)
+/// Whether a process reads this clock source of the kernel without a system call.
+pub fn is_fast_clock(source: &str) -> bool {
+    ["tsc", "kvm-clock", "arch_sys_counter", "hyperv_clocksource_tsc_page", "riscv_clocksource"]
+        .contains(&source)
 }
 
 fn field(info: &str, name: &str) -> Option<String> {

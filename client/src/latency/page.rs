@@ -4,20 +4,27 @@ use std::fmt::{self, Display, Write};
 
 const STYLE: &str = include_str!("style.css");
 
-/// Text for the inside of an element.
+/// Text that may hold anything, for the inside of an element or of an attribute in double quotes.
 #[derive(Clone, Copy, Debug)]
 pub struct Escaped<'a>(pub &'a str);
 
 impl Display for Escaped<'_> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.chars().try_for_each(|character| match character {
-            '&' => out.write_str("&amp;"),
-            '<' => out.write_str("&lt;"),
-            '>' => out.write_str("&gt;"),
-            '"' => out.write_str("&quot;"),
-            control if control.is_control() && control != '\n' => out.write_char('\u{fffd}'),
-            other => out.write_char(other),
-        })
+        for character in self.0.chars() {
+            match character {
+                '&' => out.write_str("&amp;")?,
+                '<' => out.write_str("&lt;")?,
+                '>' => out.write_str("&gt;")?,
+                '"' => out.write_str("&quot;")?,
+                '\'' => out.write_str("&#39;")?,
+                // What XML does not allow at all.
+                control if control.is_control() && !matches!(control, '\n' | '\t') => {
+                    out.write_char('\u{fffd}')?;
+                }
+                other => out.write_char(other)?,
+            }
+        }
+        Ok(())
     }
 }
 
@@ -49,6 +56,12 @@ pub fn table(rows: &[Vec<String>]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nothing_escapes_from_text() {
+        let text = Escaped("<script a=\"b\" c='d'>&\u{1}\n").to_string();
+        assert_eq!(text, "&lt;script a=&quot;b&quot; c=&#39;d&#39;&gt;&amp;\u{fffd}\n");
+    }
 
     #[test]
     fn whatever_a_camera_is_called_it_stays_text() {

@@ -10,9 +10,9 @@ use std::thread::{self, JoinHandle};
 use core::time::Duration;
 
 use rustix::process::setpriority_process;
-use rustix::thread::{CpuSet, sched_setaffinity};
 
 use super::gaps::Gap;
+use super::processors::pin_to;
 use crate::time::monotonic_now_ns;
 
 /// No other thread comes and goes faster: below this nothing has happened between two looks.
@@ -92,15 +92,6 @@ impl Drop for Sentinel {
     }
 }
 
-fn pin_to(cpu: usize) -> std::io::Result<()> {
-    let mut set = CpuSet::new();
-    if cpu >= CpuSet::MAX_CPU {
-        return Err(std::io::Error::other("no such processor"));
-    }
-    set.set(cpu);
-    Ok(sched_setaffinity(None, &set)?)
-}
-
 fn watch(threshold_ns: i64, stop: &AtomicBool, gaps: &Mutex<Vec<Gap>>) {
     // Refused, it yields nevertheless.
     let _ = setpriority_process(None, LOWEST_PRIORITY);
@@ -154,6 +145,9 @@ fn waited_ns(schedstat: &str) -> Option<i64> {
 
 #[cfg(test)]
 mod tests {
+    use rustix::thread::CpuSet;
+
+    use super::super::processors::allowed_processors;
     use super::*;
 
     #[test]
@@ -204,8 +198,7 @@ mod tests {
     }
 
     fn first_processor() -> usize {
-        let allowed = rustix::thread::sched_getaffinity(None).expect("own processors");
-        (0..CpuSet::MAX_CPU).find(|cpu| allowed.is_set(*cpu)).expect("one")
+        allowed_processors().expect("own processors")[0]
     }
 
     #[test]

@@ -2,29 +2,7 @@
 
 use std::fmt::{self, Display, Write};
 
-/// Text that may hold anything, for the inside of an element or of an attribute in double quotes.
-#[derive(Clone, Copy, Debug)]
-pub struct Escaped<'a>(pub &'a str);
-
-impl Display for Escaped<'_> {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for character in self.0.chars() {
-            match character {
-                '&' => out.write_str("&amp;")?,
-                '<' => out.write_str("&lt;")?,
-                '>' => out.write_str("&gt;")?,
-                '"' => out.write_str("&quot;")?,
-                '\'' => out.write_str("&#39;")?,
-                // What XML does not allow at all.
-                control if control.is_control() && !matches!(control, '\n' | '\t') => {
-                    out.write_char('\u{fffd}')?;
-                }
-                other => out.write_char(other)?,
-            }
-        }
-        Ok(())
-    }
-}
+pub use lodestone_client::latency::Escaped;
 
 /// A coordinate on the page: a tenth of a pixel is finer than anybody sees, and short.
 #[derive(Clone, Copy, Debug)]
@@ -70,12 +48,6 @@ pub(super) fn append(text: &mut String, more: fmt::Arguments<'_>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn nothing_escapes_from_text() {
-        let text = Escaped("<script a=\"b\" c='d'>&\u{1}\n").to_string();
-        assert_eq!(text, "&lt;script a=&quot;b&quot; c=&#39;d&#39;&gt;&amp;\u{fffd}\n");
-    }
 
     #[test]
     fn coordinates_are_short() {

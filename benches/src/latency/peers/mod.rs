@@ -12,22 +12,18 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
-use lodestone_client::latency::{Counted, Gap, Sighting, Stamps};
+use lodestone_client::latency::{Counted, GAP_THRESHOLD, Gap, Sighting, Stamps};
 use lodestone_client::monotonic_now_ns;
 use lodestone_schema::transport::Domain;
-use rustix::thread::clock_nanosleep_absolute;
-use rustix::time::{ClockId, Timespec};
 
 use super::cpu_time;
+use super::metronome::Metronome;
 use super::payload::{Payload, payload, published_ns, sequence};
 use super::role::{BREATH, Watch};
 use super::told::Told;
 
-/// 400 messages a second.
-pub const STEP_NS: i64 = 2_500_000;
-const SECOND_NS: i64 = 1_000_000_000;
 /// What keeps a polling consumer from looking for longer is a gap.
-pub const GAP_THRESHOLD_NS: i64 = 50_000;
+pub const GAP_THRESHOLD_NS: i64 = GAP_THRESHOLD.as_nanos() as i64;
 /// Longest wait for the other side's service.
 const PATIENCE: Duration = Duration::from_secs(5);
 
@@ -131,12 +127,10 @@ trait Receiver {
 /// Whatever the transport says.
 pub fn publish(peer: Peer, watch: &Watch, wakes: bool) -> Result<(), Box<dyn Error>> {
     let mut sender = peer.sender(&watch.place(), wakes)?;
-    let (begin, mut due_ns) = (Instant::now(), monotonic_now_ns());
+    let (begin, mut metronome) = (Instant::now(), Metronome::after(monotonic_now_ns()));
     let end = Duration::from_secs_f64(watch.settle_s + watch.measure_s);
     for sequence in 1.. {
-        due_ns += STEP_NS;
-        let due = Timespec { tv_sec: due_ns / SECOND_NS, tv_nsec: due_ns % SECOND_NS };
-        clock_nanosleep_absolute(ClockId::Monotonic, &due)?;
+        metronome.wait()?;
         if begin.elapsed() > end {
             break;
         }

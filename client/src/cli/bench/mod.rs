@@ -8,7 +8,7 @@ mod warnings;
 use std::fs;
 use std::time::Duration;
 
-use lodestone_client::latency::{Machine, Poller, Sentinel};
+use lodestone_client::latency::{GAP_THRESHOLD, Machine, Poller, Sentinel};
 use lodestone_client::{PoseStream, monotonic_now_ns};
 
 use super::args::BenchArgs;
@@ -19,9 +19,6 @@ use measurement::Measurement;
 use processors::Processors;
 use report::Report;
 
-/// What keeps a core from its work for longer is a gap: far above a step, far below a late pose.
-const GAP_THRESHOLD: Duration = Duration::from_micros(50);
-
 pub(super) fn run(session: &Session, args: &BenchArgs) -> Result<(), Failure> {
     let cameras = chosen(session, &args.cameras)?;
     let processors = Processors::choose(args.cpu)?;
@@ -31,7 +28,8 @@ pub(super) fn run(session: &Session, args: &BenchArgs) -> Result<(), Failure> {
         started.map_err(|error| warnings.push(format!("no sentinel: {error}"))).ok()
     });
     processors.pin()?;
-    warnings.extend(warnings::of_system(session, &cameras));
+    let machine = Machine::observed();
+    warnings.extend(warnings::of_system(&machine, session, &cameras));
     remark(format_args!(
         "measuring {} for {} s after {} s; ctrl-c ends it with what is there",
         cameras.join(", "),
@@ -40,7 +38,7 @@ pub(super) fn run(session: &Session, args: &BenchArgs) -> Result<(), Failure> {
     ));
     let mut measurement = Measurement::new(cameras.len(), sentinel);
     let measured = measure(session, args, &cameras, &mut measurement)?;
-    let report = Report::new(Machine::observed(), &cameras, &measurement, measured, warnings);
+    let report = Report::new(machine, &cameras, &measurement, measured, warnings);
     if let Some(file) = &args.html {
         let written = fs::write(file, report.page(&cameras, &measurement));
         written.map_err(|e| Failure::Other(format!("{}: {e}", file.display())))?;

@@ -1,6 +1,6 @@
 //! Where the consumer polls, and where the sentinel stands.
 
-use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+use lodestone_client::latency::{allowed_processors, pin_to};
 
 use super::super::failure::Failure;
 
@@ -16,8 +16,7 @@ pub(super) struct Processors {
 impl Processors {
     /// The one asked for, else the last that this process may use; the sentinel takes the first other.
     pub(super) fn choose(asked: Option<usize>) -> Result<Self, Failure> {
-        let allowed = sched_getaffinity(None).map_err(|e| Failure::Other(e.to_string()))?;
-        let allowed: Vec<usize> = (0..CpuSet::MAX_CPU).filter(|cpu| allowed.is_set(*cpu)).collect();
+        let allowed = allowed_processors().map_err(|e| Failure::Other(e.to_string()))?;
         Self::among(&allowed, asked)
     }
 
@@ -32,10 +31,7 @@ impl Processors {
 
     /// Keeps the calling thread on the consumer's.
     pub(super) fn pin(self) -> Result<(), Failure> {
-        let mut set = CpuSet::new();
-        set.set(self.own);
-        sched_setaffinity(None, &set)
-            .map_err(|e| Failure::Other(format!("--cpu {}: {e}", self.own)))
+        pin_to(self.own).map_err(|e| Failure::Other(format!("--cpu {}: {e}", self.own)))
     }
 
     pub(super) fn warnings(self) -> Vec<String> {

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use lodestone_client::latency::{
-    CameraLatency, Counted, Curve, Escaped, Machine, Percentiles, Stage, StageHistograms, chart,
-    page, table,
+    CameraLatency, Counted, Curve, Escaped, GAP_THRESHOLD, Machine, Percentiles, Stage,
+    StageHistograms, chart, page, table,
 };
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -105,8 +105,9 @@ impl Report {
     fn gap_lines(&self) -> Vec<String> {
         let told = |who: &str, tally: &Tally| {
             format!(
-                "gaps {who}: {} of more than 50 µs, {:.2} ms in all, the longest {:.2} ms",
+                "gaps {who}: {} of more than {} µs, {:.2} ms in all, the longest {:.2} ms",
                 tally.count,
+                GAP_THRESHOLD.as_micros(),
                 tally.total_ns as f64 * 1e-6,
                 tally.longest_ns as f64 * 1e-6
             )

@@ -6,8 +6,8 @@ use super::super::session::Session;
 use super::super::world::patiently;
 
 /// Warnings of the machine and of how the daemon's lanes are scheduled.
-pub(super) fn of_system(session: &Session, cameras: &[String]) -> Vec<String> {
-    let mut warnings = Machine::observed().warnings();
+pub(super) fn of_system(machine: &Machine, session: &Session, cameras: &[String]) -> Vec<String> {
+    let mut warnings = machine.warnings();
     match daemon_pid(session, cameras) {
         Some(pid) => warnings.extend(of_lanes(&lane_threads(pid))),
         None => {

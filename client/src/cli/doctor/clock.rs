@@ -2,14 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use lodestone_client::latency::is_fast_clock;
+
 use super::finding::Finding;
 use super::machine::Machine;
 
 /// A process's slack unless it sets another, ns.
 const USUAL_SLACK_NS: u64 = 50_000;
-/// Clock sources that a process reads without a system call.
-const FAST: [&str; 5] =
-    ["tsc", "kvm-clock", "arch_sys_counter", "hyperv_clocksource_tsc_page", "riscv_clocksource"];
 
 pub(super) fn check(machine: &Machine) -> Vec<Finding> {
     let source = "/sys/devices/system/clocksource/clocksource0";
@@ -25,10 +24,10 @@ fn clock_source(current: Result<String, String>, available: &str) -> Finding {
         Ok(current) => current,
         Err(why) => return Finding::unknown(NAME, why),
     };
-    if FAST.contains(&current.as_str()) {
+    if is_fast_clock(&current) {
         return Finding::ok(NAME, current);
     }
-    let faster = available.split_whitespace().find(|source| FAST.contains(source));
+    let faster = available.split_whitespace().find(|source| is_fast_clock(source));
     let means =
         "reading the clock is a system call of a microsecond or more, several times a sample";
     Finding::bad(NAME, current).means(means).change(match faster {
